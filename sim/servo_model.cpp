@@ -13,14 +13,14 @@ void ServoModel::set_pulse(double pulse_us) noexcept {
   if (!std::isfinite(pulse_us)) return;
   const double step_us = options_.resolution_us;
   const double quantised_us = step_us > 0.0 ? std::round(pulse_us / step_us) * step_us : pulse_us;
-  // The dead band is about where the shaft stands, not about the last pulse:
-  // small steps add up and are followed.
+  // The dead band is about the shaft's position, not about the last pulse: small steps add up and are
+  // followed.
   if (std::abs(quantised_us - position_us_) <= options_.dead_band_us) return;
   target_us_ = quantised_us;
 }
 
 void ServoModel::step(double dt_s) noexcept {
-  // Exact for a constant target, whatever dt_s.
+  // Exact for a constant target, for any dt_s.
   const double share = options_.lag_s > 0.0 ? -std::expm1(-dt_s / options_.lag_s) : 1.0;
   lagged_us_ += share * (target_us_ - lagged_us_);
   const double most_us = options_.rate_us_per_s * dt_s;

@@ -10,20 +10,20 @@ struct ServoModelOptions {
   double resolution_us{1.0};     ///< pulses come in steps of this, 0 = any width
 };
 
-/// A hobby servo, its shaft position given as a pulse width: it takes the pulse in steps of its resolution,
-/// ignores what lies within its dead band, lags, and slews no faster than its rate. Real-time safe.
+/// A hobby servo; a pulse width gives its shaft position. It takes the pulse in steps of its resolution,
+/// ignores differences within its dead band, lags, and slews no faster than its rate. Real-time safe.
 class ServoModel {
  public:
   ServoModel() = default;
   ServoModel(const ServoModelOptions& options, double position_us) noexcept;
 
-  /// A new pulse; kept until the next. What is not finite is ignored.
+  /// Sets a new pulse, which is kept until the next. A pulse that is not finite is ignored.
   void set_pulse(double pulse_us) noexcept;
   /// Lets time pass; dt_s ≥ 0.
   void step(double dt_s) noexcept;
 
   [[nodiscard]] double position_us() const noexcept { return position_us_; }
-  /// The pulse that the servo follows, after resolution and dead band.
+  /// Returns the pulse that the servo follows, after resolution and dead band.
   [[nodiscard]] double target_us() const noexcept { return target_us_; }
 
  private:

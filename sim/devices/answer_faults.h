@@ -11,18 +11,18 @@
 
 namespace corbot::sim {
 
-/// Faults of a controller that concern the answers to one kind of query, the others being answered as ever. A
-/// person asks for them by name.
+/// The faults of a controller's answers to one kind of query; it answers the other kinds as usual. A person
+/// names the faults.
 class AnswerFaults {
  public:
-  /// The kinds of queries that the device answers.
+  /// Takes the kinds of queries that the device answers.
   AnswerFaults(std::initializer_list<const char*> queries);
 
-  /// Takes from an answer what the faults take. How much later it leaves.
+  /// Applies the faults to an answer. Returns the delay of the answer.
   std::int64_t apply(std::string_view query, std::vector<std::uint8_t>& answer);
 
-  /// `deaf|garble|half QUERY on|off`, `lose QUERY N`, `delay QUERY MS`. Nothing where the words are no such
-  /// command; else what is wrong with it, empty: nothing.
+  /// Executes `deaf|garble|half QUERY on|off`, `lose QUERY N`, `delay QUERY MS`. Returns nothing if the words
+  /// are no such command, else the error, which is empty if there is none.
   std::optional<std::string> execute(const std::vector<std::string_view>& words);
 
  private:
@@ -32,7 +32,7 @@ class AnswerFaults {
     bool is_halved{false};
     std::uint64_t lost_every{0};  ///< 0: none
     std::uint64_t delay_ms{0};
-    std::uint64_t answers{0};  ///< so far
+    std::uint64_t answers{0};  ///< number so far
   };
 
   std::map<std::string, Fault, std::less<>> faults_;

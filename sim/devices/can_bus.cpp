@@ -21,7 +21,7 @@ namespace corbot::sim {
 namespace {
 
 constexpr std::string_view kUnix = "unix:";
-/// As many frames are taken from one of a bus before the others have their turn.
+/// The number of frames taken from one client before the others have their turn.
 constexpr int kBurst = 64;
 
 [[noreturn]] void fail(const std::string& name, const std::string& why) {
@@ -65,7 +65,7 @@ class VirtualBus final : public CanBus {
   void send(const can_frame& frame) override { send_to_others(frame, -1); }
 
  private:
-  /// False when the other end has gone.
+  /// Reads the frames of a client; false if the client has gone.
   bool read_from(int peer, std::vector<can_frame>& frames) {
     for (int i = 0; i < kBurst; ++i) {
       can_frame frame{};

@@ -10,7 +10,7 @@
 
 namespace corbot::sim {
 
-/// A CAN bus that emulated nodes are on. Failures of open() throw std::runtime_error.
+/// A CAN bus with emulated nodes. Failures of open() throw std::runtime_error.
 class CanBus {
  public:
   CanBus() = default;
@@ -21,15 +21,16 @@ class CanBus {
   virtual void open() = 0;
   virtual void close() noexcept = 0;
   [[nodiscard]] virtual bool is_open() const = 0;
-  /// Appends what is to be polled.
+  /// Appends the descriptors to be polled.
   virtual void add_to(std::vector<pollfd>& fds) const = 0;
-  /// What others have sent, without waiting.
+  /// Returns the frames that others have sent, without waiting.
   [[nodiscard]] virtual std::vector<can_frame> read() = 0;
-  /// To all others; what a program is too slow to read is lost to it.
+  /// Sends to all others; a program that reads too slowly loses frames.
   virtual void send(const can_frame& frame) = 0;
 };
 
-/// "unix:/path": a bus of its own at a socket that others connect to, else an interface of the kernel.
+/// Makes a bus: "unix:/path" is a bus of its own at a socket to which others connect, else an interface of
+/// the kernel.
 [[nodiscard]] std::unique_ptr<CanBus> make_can_bus(const std::string& name);
 
 }  // namespace corbot::sim

@@ -10,7 +10,7 @@
 
 namespace corbot::sim {
 
-// Why an access is refused: CiA 301, table 22.
+// The reasons for refusing an access: CiA 301, table 22.
 inline constexpr std::uint32_t kAbortToggle = 0x0503'0000;
 inline constexpr std::uint32_t kAbortCommand = 0x0504'0001;
 inline constexpr std::uint32_t kAbortWriteOnly = 0x0601'0001;
@@ -40,7 +40,7 @@ struct CanObject {
   bool goes_into_rpdo{false};
   bool goes_into_tpdo{false};
   std::string text{};
-  bool is_hidden{false};  ///< from all but the device itself
+  bool is_hidden{false};  ///< hidden from all but the device itself
 };
 
 /// Index and sub-index in one number: 0x60C201 is 60C2h:1.
@@ -50,19 +50,19 @@ using ObjectKey = std::uint32_t;
 class CanObjects {
  public:
   void add(ObjectKey key, CanObject object) { objects_[key] = std::move(object); }
-  /// Those that are as if there were none.
+  /// Hides these objects, as if they did not exist.
   void hide(const std::function<bool(ObjectKey)>& is_hidden);
-  /// Null where there is none.
+  /// Returns null if there is no such object.
   [[nodiscard]] const CanObject* find(ObjectKey key) const;
   [[nodiscard]] std::int64_t value(ObjectKey key) const;
-  /// By the device itself, past all rules.
+  /// Sets a value by the device itself, past all rules.
   void set(ObjectKey key, std::int64_t value);
 
-  /// Why it cannot be read, 0: it can.
+  /// Returns why it cannot be read; 0: it can.
   [[nodiscard]] std::uint32_t check_read(ObjectKey key) const;
-  /// Why these bytes cannot be written, 0: they can. `bytes` 0: length not given.
+  /// Returns why these bytes cannot be written; 0: they can. `bytes` 0: length not given.
   [[nodiscard]] std::uint32_t check_write(ObjectKey key, std::uint32_t raw, unsigned bytes) const;
-  /// The number that this object makes of raw bytes.
+  /// Returns the number that these raw bytes mean for the object.
   [[nodiscard]] std::int64_t number(ObjectKey key, std::uint32_t raw) const;
 
  private:

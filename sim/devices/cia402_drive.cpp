@@ -29,7 +29,7 @@ constexpr std::uint16_t kStatusFollows = 1u << 12;
 constexpr std::uint16_t kStatusAttained = 1u << 12;
 constexpr std::uint16_t kStatusFollowingError = 1u << 13;
 constexpr std::uint16_t kStatusHomingError = 1u << 13;
-/// 6065h: following errors are not monitored.
+/// The value of 6065h that switches off the monitoring of following errors.
 constexpr double kNoWindow = 4294967295.0;
 
 std::int32_t counts(double value) {
@@ -139,7 +139,7 @@ void Cia402Drive::enter(State state) {
   state_ = state;
   if (state != State::kOperationEnabled) homing_.interrupt();
   if (has_power() == had_power) return;
-  hold_here();  // a stage that was off, or is now
+  hold_here();  // the stage was off, or is off now
   following_s_ = 0.0;
   if (state == State::kOperationEnabled) set_target(target_);
 }
@@ -228,7 +228,7 @@ void Cia402Drive::power_cycle(bool counts_from_0) {
 
 void Cia402Drive::advance(std::int64_t now_ns) {
   if (now_ns_ == 0 || !has_power()) now_ns_ = std::max(now_ns_, now_ns);
-  // What is at rest stays so, however long ago its last update.
+  // A drive at rest stays so, however long ago its last update was.
   if (now_ns - now_ns_ > 1'000'000'000 && speed_ == 0.0 && left_s_ <= 0.0 && !homing_.is_running()) {
     move_shaft(demand_);
     now_ns_ = now_ns - kDriveStep_ns;

@@ -36,7 +36,7 @@ CanObject output(unsigned bytes, bool is_signed) {
 void add_pdo(CanObjects& objects, std::uint8_t node, std::size_t number) {
   const auto n = static_cast<ObjectKey>(number);
   const std::int64_t off = number == 0 ? 0 : std::int64_t{1} << 31;
-  // From the factory the first carries the word alone, as CiA 402 has it; the others are off.
+  // From the factory the first PDO carries the word alone, as in CiA 402; the others are off.
   for (const bool is_received : {true, false}) {
     const ObjectKey parameters = (is_received ? 0x1400u : 0x1800u) + n;
     const ObjectKey mapping = (is_received ? 0x1600u : 0x1A00u) + n;

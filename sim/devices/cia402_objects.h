@@ -7,9 +7,9 @@
 
 namespace corbot::sim {
 
-/// The dictionary of an emulated drive, as from the factory.
+/// Adds the dictionary of an emulated drive, as from the factory.
 void add_drive_objects(CanObjects& objects, std::uint8_t node);
-/// Of it, 1000h to 1FFFh.
+/// Adds its communication objects, 1000h to 1FFFh.
 void add_communication_objects(CanObjects& objects, std::uint8_t node);
 
 }  // namespace corbot::sim

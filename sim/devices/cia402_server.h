@@ -21,11 +21,11 @@ struct Cia402ServerOptions {
   std::string record;  ///< file, empty: none
 };
 
-/// Runs emulated drives on a bus in real time, with the faults that commands on standard input ask for.
-/// Replies to them go to standard output, one line each.
+/// Runs emulated drives on a bus in real time. Commands on standard input cause faults. Replies to them go to
+/// standard output, one line each.
 class Cia402Server {
  public:
-  /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
+  /// Throws std::runtime_error on failures. From here on SIGTERM, SIGINT and SIGHUP only end run().
   explicit Cia402Server(const Cia402ServerOptions& options);
 
   void run();
@@ -38,9 +38,9 @@ class Cia402Server {
   [[nodiscard]] std::optional<std::int64_t> next_event_ns() const;
 
   [[nodiscard]] std::string handle(std::string_view command);
-  /// Carries a command out; what is wrong with it, empty: nothing.
-  /// "positions", "targets" or "states"; empty: no such question.
+  /// Returns the values for "positions", "targets" or "states"; empty: no such query.
   [[nodiscard]] std::string values_of(std::string_view question);
+  /// Carries out a command. Returns the error, which is empty if there is none.
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
   void plug();
 

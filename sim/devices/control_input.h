@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the programs around emulated devices have in common: commands on standard input,
-// an orderly end, a record.
+// The common parts of the programs around emulated devices: commands on standard input, an orderly end, a
+// record.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +16,19 @@
 
 namespace corbot::sim {
 
-/// Of the monotonic clock.
+/// Returns the time of the monotonic clock.
 [[nodiscard]] std::int64_t clock_ns();
-/// A line on standard output, which may be closed at the other end.
+/// Prints a line on standard output, which may be closed at the other end.
 void print_line(const std::string& line);
 [[nodiscard]] std::vector<std::string_view> words_of(std::string_view text);
 
 /// Standard input, line by line.
 class ControlInput {
  public:
-  /// To be polled; −1 when it has been closed.
+  /// Returns the descriptor to be polled; −1 if it has been closed.
   [[nodiscard]] int fd() const;
-  /// Reads what is there; every line that is not empty gets the reply that `handle` returns. A line of more than 256
-  /// characters is refused as a whole.
+  /// Reads the available input; every line that is not empty gets the reply that `handle` returns. A line of
+  /// more than 256 characters is refused as a whole.
   void read(const std::function<std::string(std::string_view)>& handle);
 
  private:
@@ -37,7 +37,7 @@ class ControlInput {
   std::string text_;
 };
 
-/// While it exists, SIGTERM, SIGINT and SIGHUP only make it readable.
+/// While it exists, SIGTERM, SIGINT and SIGHUP only make its descriptor readable.
 class EndingSignals {
  public:
   EndingSignals();
@@ -54,7 +54,7 @@ struct CloseFile {
   void operator()(std::FILE* file) const { (void)std::fclose(file); }
 };
 using Record = std::unique_ptr<std::FILE, CloseFile>;
-/// Opens a file to write rows to; null for an empty path. Throws std::runtime_error.
+/// Opens a file for rows; null for an empty path. Throws std::runtime_error.
 [[nodiscard]] Record open_record(const std::string& path, const char* heading);
 
 }  // namespace corbot::sim

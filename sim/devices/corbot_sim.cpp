@@ -93,7 +93,7 @@ void add_common(CLI::App& command, ServerOptions& server) {
       ->type_name("FILE.csv");
 }
 
-/// What the makers provide; throws CLI::ValidationError.
+/// Checks that the makers provide this speed; throws CLI::ValidationError.
 void check_baud(Ssc32Model model, int baud) {
   std::set<int> bauds{9600, 38400, 115200};
   if (model == Ssc32Model::kSsc32) bauds.insert(2400);
@@ -161,7 +161,7 @@ CLI::App* add_cia402(CLI::App& app, Settings& settings) {
   return cia402;
 }
 
-/// An emulated controller on a pseudo-terminal, until a signal asks for the end.
+/// Runs an emulated controller on a pseudo-terminal, until a signal requests the end.
 void run_serial(Settings& settings, bool is_ssc32) {
   std::unique_ptr<SerialDevice> device;
   if (is_ssc32) {

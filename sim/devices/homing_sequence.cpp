@@ -6,7 +6,7 @@ namespace {
 
 enum class Switch { kNone, kHome, kNegative, kPositive };
 
-/// Searches in a direction until the switch is active, or is not, and creeps back until that is over.
+/// Searches in a direction until the switch is active, or is inactive, and creeps back until this has ended.
 struct Method {
   Switch where;
   int search;  ///< +1 or -1

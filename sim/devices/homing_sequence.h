@@ -5,15 +5,15 @@
 
 namespace corbot::sim {
 
-/// Where the switches of an axis stand, in counts of the shaft itself, whatever the drive makes of them: the home switch is
-/// active from there on upwards, a limit switch beyond.
+/// The positions of an axis' switches, in counts of the shaft itself, independent of the drive's count. The
+/// home switch is active from its position upwards, a limit switch beyond its position.
 struct AxisSwitches {
   double home{10'000.0};
   double negative{-1e6};
   double positive{1e6};
 };
 
-/// 6098h, 6099h and 609Ah.
+/// The homing objects 6098h, 6099h and 609Ah.
 struct HomingOptions {
   int method{0};
   double search_counts_per_s{5'000.0};
@@ -21,8 +21,8 @@ struct HomingOptions {
   double counts_per_s2{50'000.0};
 };
 
-/// Homing after CiA 402-2 by the methods 17 and 18 (limit switches), 19 and 20 (home switch), 35 and 37 (where the shaft
-/// stands): searches the switch, then creeps back over its edge.
+/// Homing after CiA 402-2: methods 17 and 18 (limit switches), 19 and 20 (home switch), 35 and 37 (at the
+/// shaft's position). It searches the switch, then creeps back over its edge.
 class HomingSequence {
  public:
   enum class State { kNotStarted, kSearch, kCreep, kInterrupted, kAttained, kError };
@@ -31,10 +31,11 @@ class HomingSequence {
 
   void start(const HomingOptions& options);
   void interrupt();
-  /// Attained, by a homing before.
+  /// Keeps the state attained, by an earlier homing.
   void keep() { state_ = State::kAttained; }
   void forget() { state_ = State::kNotStarted; }
-  /// The speed that the shaft at `shaft` is to have next. Attained: the shaft stands at the home position.
+  /// Returns the next speed of the shaft at `shaft`. If the state is then attained, the shaft is at the home
+  /// position.
   [[nodiscard]] double next_speed(const AxisSwitches& switches, double shaft);
 
   [[nodiscard]] State state() const { return state_; }

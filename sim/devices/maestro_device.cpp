@@ -30,7 +30,7 @@ constexpr double kMiniSscNeutral = 127.0;
 constexpr int kMostAcceleration = 255;
 constexpr std::size_t kMostAnswered = 1024;
 
-/// The maker's CRC-7: the polynomial x^7 + x^3 + 1, the least significant bit of each byte first.
+/// Returns the maker's CRC-7: the polynomial x^7 + x^3 + 1, the least significant bit of each byte first.
 std::uint8_t crc7(std::span<const std::uint8_t> bytes) {
   constexpr unsigned kPolynomialReversed = 0x91;
   unsigned remainder = 0;
@@ -44,7 +44,8 @@ std::uint8_t crc7(std::span<const std::uint8_t> bytes) {
   return static_cast<std::uint8_t>(remainder);
 }
 
-/// Data bytes of a command, the CRC not counted; nothing: no such command. `data`: what is there of them.
+/// Returns the number of data bytes of a command, without the CRC; empty: no such command. `data`: the bytes
+/// received.
 std::optional<std::size_t> length_of(std::uint8_t command, std::span<const std::uint8_t> data) {
   switch (command) {
     case kSetTarget:
@@ -68,7 +69,7 @@ int quarters(double us) { return static_cast<int>(std::lround(us * kQuartersPerM
 
 int seven_bit(std::uint8_t low, std::uint8_t high) { return low | high << 7; }
 
-/// The fastest step from which one can still stop within `distance`, slowing down by `deceleration` a step.
+/// Returns the fastest step from which it can stop within `distance`, slowing down by `deceleration` a step.
 int braking_speed(int distance, int deceleration) {
   const double ratio = static_cast<double>(distance) / deceleration;
   const int steps = std::max(1, static_cast<int>(std::ceil((std::sqrt(1.0 + 8.0 * ratio) - 1.0) / 2.0)));
@@ -87,7 +88,7 @@ void MaestroDevice::Channel::step(int lowest, int highest) {
     forward = std::min({forward, now + acceleration, braking_speed(distance, acceleration)});
     forward = std::max(forward, now - acceleration);
   }
-  // Beyond the target only when that has come too near to stop; never beyond the limits.
+  // It passes the target only if the target has come too near to stop; it never passes the limits.
   const int before = std::exchange(position, std::clamp(position + forward * sign, lowest, highest));
   velocity = position - before;
   if (is_at_target() && std::abs(velocity) <= std::max(acceleration, 1)) velocity = 0;
@@ -315,7 +316,7 @@ void MaestroDevice::set_target(std::size_t which, int target_quarters) {
     channel.target =
         kEighths * std::clamp(target_quarters, quarters(options_.min_us), quarters(options_.max_us));
   }
-  // A servo that has no pulses may be anywhere: limits mean nothing to its first target.
+  // A servo that has no pulses may be anywhere: limits have no effect on its first target.
   const bool is_limited = channel.position > 0 && (channel.speed > 0 || channel.acceleration > 0);
   if (is_limited && channel.target > 0) return;
   channel.position = channel.target;

@@ -12,13 +12,13 @@
 
 namespace corbot::sim {
 
-/// A board as its maker ships it, but with channels that take every pulse width that it can make.
+/// A board as its maker ships it, but with channels that accept every pulse width that it can make.
 struct MaestroOptions {
   int baud{115200};
   std::size_t channels{24};
   int device_number{12};
-  bool crc{false};          ///< every command but the Mini SSC's ends with a CRC-7
-  bool multi_target{true};  ///< supports Set Multiple Targets, as all but the Micro Maestro do
+  bool crc{false};          ///< every command except the Mini SSC's ends with a CRC-7
+  bool multi_target{true};  ///< supports Set Multiple Targets, as all except the Micro Maestro do
   int mini_ssc_offset{0};
   double mini_ssc_neutral_us{1500.0};
   double mini_ssc_range_us{476.25};  ///< to both sides of neutral
@@ -26,13 +26,13 @@ struct MaestroOptions {
   double max_us{4080.0};
   double home_us{0.0};        ///< 0: the pulses stop
   bool errors_go_home{true};  ///< as a board does at every error
-  bool detects_baud{false};   ///< set to detect it: takes nothing before the byte AA
-  int timeout_ms{0};          ///< without a valid command for so long: an error; 0: never
+  bool detects_baud{false};   ///< set to detect the baud: accepts nothing before the byte AA
+  int timeout_ms{0};          ///< an error after this time without a valid command; 0: never
   ServoModelOptions servo{};
-  double shaft_us{1500.0};  ///< where the shafts stand at first
+  double shaft_us{1500.0};  ///< initial positions of the shafts
 };
 
-/// Pololu Maestro: compact, Pololu and Mini SSC protocol. Without scripts, PWM and inputs.
+/// Pololu Maestro: compact, Pololu and Mini SSC protocol. It has no scripts, PWM and inputs.
 class MaestroDevice final : public SerialDevice {
  public:
   static constexpr unsigned kSerialCrcError = 1u << 3;
@@ -52,12 +52,12 @@ class MaestroDevice final : public SerialDevice {
   void power_cycle(std::int64_t now_ns) override;
   bool set_input(char, bool) override { return false; }
 
-  /// The error register, not cleared by this.
+  /// Returns the error register, without clearing it.
   [[nodiscard]] unsigned errors() const { return errors_; }
 
  private:
-  /// Positions in eighths of a quarter microsecond and speeds in those per 10 ms: what an acceleration of 1
-  /// adds in 10 ms is then 1.
+  /// A channel. Positions are in eighths of a quarter microsecond, and speeds in these per 10 ms. An
+  /// acceleration of 1 then adds 1 in 10 ms.
   struct Channel {
     int position{0};  ///< 0: no pulses
     int target{0};
@@ -82,7 +82,7 @@ class MaestroDevice final : public SerialDevice {
   void set_target(std::size_t channel, int quarters);
   void go_home();
   void fail(unsigned error);
-  /// To a query of this kind.
+  /// Answers a query of this kind.
   void answer(std::string_view query, unsigned value, int bytes);
 
   MaestroOptions options_;
@@ -91,11 +91,11 @@ class MaestroDevice final : public SerialDevice {
   std::int64_t now_ns_{0};
   std::int64_t step_ns_{0};  ///< the 10 ms steps up to here are done
   std::vector<Channel> channels_;
-  std::vector<std::uint8_t> packet_;  ///< the command that is being received
-  bool is_skipping_{false};           ///< data until the next command are of no concern
+  std::vector<std::uint8_t> packet_;  ///< the command being received
+  bool is_skipping_{false};           ///< data until the next command are ignored
   unsigned errors_{0};
   bool knows_baud_;
-  std::int64_t command_ns_{0};  ///< of the last valid command, or the last time-out
+  std::int64_t command_ns_{0};  ///< time of the last valid command, or of the last time-out
 };
 
 }  // namespace corbot::sim

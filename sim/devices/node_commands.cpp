@@ -17,7 +17,7 @@ namespace {
 
 using Arguments = std::span<const std::string_view>;
 
-/// What a command is carried out on; false, with `why`: it cannot be.
+/// The target of a command. An action returns false with `why` if it cannot be carried out.
 struct Target {
   ServedNode& served;
   std::int64_t now_ns;
@@ -26,7 +26,7 @@ struct Target {
   [[nodiscard]] Cia402Node& node() const { return served.node; }
 };
 
-/// False: the arguments are not those of the command.
+/// An action returns false if the arguments are not those of the command.
 using Action = bool (*)(const Arguments& arguments, const Target* target);
 
 struct Command {
@@ -38,7 +38,7 @@ struct Command {
   Action act;  ///< without a target it only checks
 };
 
-/// A hexadecimal number, with or without 0x.
+/// Parses a hexadecimal number, with or without 0x.
 std::optional<std::uint32_t> code_of(std::string_view text) {
   if (text.starts_with("0x")) text.remove_prefix(2);
   std::uint32_t value = 0;
@@ -54,7 +54,7 @@ std::optional<std::int32_t> counts_of(std::string_view text) {
   return value;
 }
 
-/// "60C2", all of it, or "60C2:1".
+/// Parses "60C2", which means all sub-indices, or "60C2:1".
 std::optional<ObjectPattern> object_of(std::string_view text) {
   constexpr std::size_t kDigits = 4;
   if (text.size() < kDigits) return std::nullopt;
@@ -73,7 +73,7 @@ std::optional<bool> switch_of(std::string_view text) {
   return text == "on";
 }
 
-/// `act` on a switch that is the last argument.
+/// Calls `act` with a switch, which is the last argument.
 template <class Act>
 bool with_switch(const Arguments& arguments, const Target* target, const Act& act) {
   const auto is_on = switch_of(arguments.back());
@@ -81,7 +81,7 @@ bool with_switch(const Arguments& arguments, const Target* target, const Act& ac
   return is_on.has_value();
 }
 
-/// `act` on an object and a switch.
+/// Calls `act` with an object and a switch.
 template <class Act>
 bool with_object_switch(const Arguments& arguments, const Target* target, const Act& act) {
   const auto where = object_of(arguments[0]);
@@ -287,14 +287,14 @@ std::string execute_on_nodes(std::vector<ServedNode>& nodes, std::vector<std::st
       std::find_if(kCommands.begin(), kCommands.end(), [&](const Command& c) { return c.word == words[0]; });
   if (command == kCommands.end()) return wrong;
   words.erase(words.begin());
-  // A node is a number of up to three digits, which nothing else at the end is that may be left out.
+  // A node is a number of up to three digits; no other optional last argument has this form.
   const auto fits = [&](const std::vector<std::string_view>& arguments) {
     return arguments.size() >= command->fewest && arguments.size() <= command->most &&
            command->act(arguments, nullptr);
   };
   std::uint64_t only = 0;
   if (!fits(words)) {
-    // Also before the last word: 'reset 1 lost'.
+    // The node may also precede the last word: 'reset 1 lost'.
     for (const std::size_t from_end : {1u, 2u}) {
       if (words.size() < from_end) return wrong;
       const auto at = words.end() - static_cast<std::ptrdiff_t>(from_end);

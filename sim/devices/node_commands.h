@@ -20,13 +20,14 @@ struct ServedNode {
   bool recorded_power{false};
 };
 
-/// Carries out a command to one of `nodes`, or to all of them: what is wrong with it, empty: nothing.
+/// Carries out a command for one of `nodes`, or for all of them. Returns the error, which is empty if there
+/// is none.
 [[nodiscard]] std::string execute_on_nodes(std::vector<ServedNode>& nodes,
                                            std::vector<std::string_view> words, std::int64_t now_ns);
 
-/// The commands with their arguments, in a row.
+/// Returns the commands with their arguments, in a row.
 [[nodiscard]] std::string list_node_commands();
-/// The same, a line and an explanation each, for `--help`.
+/// Returns the same with a line and an explanation each, for `--help`.
 [[nodiscard]] std::string explain_node_commands();
 
 }  // namespace corbot::sim

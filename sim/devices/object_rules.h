@@ -19,7 +19,7 @@ struct ObjectPattern {
   friend bool operator==(const ObjectPattern&, const ObjectPattern&) = default;
 };
 
-/// When a drive accepts that an object is written.
+/// The condition under which a drive accepts a write to an object.
 enum class WriteWhen {
   kAlways,
   kNever,
@@ -29,7 +29,7 @@ enum class WriteWhen {
   kDisabled,      ///< the drive is not in operation enabled
 };
 
-/// What this drive makes otherwise than CiA 301 and CiA 402 demand of all: stays as it is when the drive is restarted.
+/// The deviations of this drive from CiA 301 and CiA 402. They stay when the drive is restarted.
 class ObjectRules {
  public:
   void set_when(const ObjectPattern& where, WriteWhen when);
@@ -37,7 +37,7 @@ class ObjectRules {
   void set_unanswered(const ObjectPattern& where, bool is_unanswered);
   void set_value(ObjectKey key, std::int64_t value) { values_[key] = value; }
 
-  /// To a dictionary that is as from the factory, or was made by this already.
+  /// Applies them to a dictionary as from the factory, or to one that has them already.
   void apply_to(CanObjects& objects) const;
   [[nodiscard]] WriteWhen when(ObjectKey key) const;
   [[nodiscard]] bool is_unanswered(ObjectKey key) const;

@@ -17,7 +17,8 @@ constexpr int kCounts = 4096;
 
 bool is_led(std::uint8_t number) { return number >= kFirstLed && number <= kLastLed; }
 
-/// The address after `number`: round from the last LED register to the first, as the data sheet has it.
+/// Returns the address after `number`: it wraps from the last LED register to the first, as in the data
+/// sheet.
 std::uint8_t after(std::uint8_t number) {
   return number == kLastLed ? kMode1 : static_cast<std::uint8_t>(number + 1);
 }

@@ -8,27 +8,27 @@
 
 namespace corbot::sim {
 
-/// The registers of a PCA9685, with the rules of its data sheet: the prescaler is writable only while it
-/// sleeps, a woken chip needs RESTART to go on, addresses advance only with auto-increment, ALL_LED goes to
-/// all, off wins over on.
+/// The registers of a PCA9685, with the rules of its data sheet. The prescaler is writable only while the
+/// chip sleeps, and a woken chip needs RESTART to go on. Addresses advance only with auto-increment, ALL_LED
+/// goes to all, and off wins over on.
 class Pca9685Chip {
  public:
   static constexpr std::size_t kOutputs = 16;
 
   Pca9685Chip() { power_cycle(); }
 
-  /// What is at the other end of one transfer. False: not acknowledged.
+  /// Executes one transfer. False: not acknowledged.
   bool write(std::uint8_t first, std::span<const std::uint8_t> bytes);
   bool read(std::uint8_t first, std::span<std::uint8_t> into);
 
   void power_cycle();
-  /// The next `count` transfers are not acknowledged.
+  /// Lets the next `count` transfers go unacknowledged.
   void refuse_next(int count) { refused_ = count; }
 
-  /// Counts, of 4096, for which an output is high; 0 while it is off or the chip sleeps.
+  /// Returns the counts, of 4096, for which an output is high; 0 while it is off or the chip sleeps.
   [[nodiscard]] int high_counts(std::size_t output) const;
   [[nodiscard]] std::uint8_t reg(std::uint8_t number) const { return registers_[number]; }
-  /// Transfers that wrote to an output.
+  /// Returns the number of transfers that wrote to an output.
   [[nodiscard]] int led_writes() const { return led_writes_; }
 
  private:

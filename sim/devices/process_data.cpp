@@ -108,7 +108,7 @@ void ProcessData::apply_rpdo(std::size_t number, const CanObjects& objects, Node
     needed += static_cast<std::size_t>(objects.value(key_of(0x1600, number, i)) & 0xFF) / 8;
   }
   if (frame.can_dlc < needed) return services.send_emergency(kWrongLength);
-  // The target before the word that may let the drive go there, whatever their order.
+  // Applies the target before the word that may let the drive go there, in whatever order they are mapped.
   std::size_t offset = 0;
   std::vector<std::pair<ObjectKey, std::uint32_t>> values;
   for (unsigned i = 1; i <= entries; ++i) {

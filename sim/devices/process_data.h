@@ -18,18 +18,19 @@ class ProcessData {
   static constexpr std::size_t kPdos = 4;
   static constexpr std::size_t kMostEntries = 8;
 
-  /// The rules of CiA 301, 7.5.2.35 to 7.5.2.38, for a write to a PDO's objects: abort code, 0: no objection.
+  /// Checks a write to a PDO's objects by CiA 301, 7.5.2.35 to 7.5.2.38. Returns the abort code; 0: no
+  /// objection.
   [[nodiscard]] static std::uint32_t check_write(const CanObjects& objects, ObjectKey key,
                                                  std::int64_t value);
 
-  /// The node becomes operational: every TPDO counts as not sent yet.
+  /// Starts when the node becomes operational: every TPDO counts as not sent yet.
   void start();
-  /// RPDOs that wait for a SYNC are dropped.
+  /// Drops the RPDOs that wait for a SYNC.
   void drop_received() { received_ = {}; }
   void synchronise(const CanObjects& objects, NodeServices& services);
-  /// A frame that may be one of the RPDOs.
+  /// Takes a frame that may be one of the RPDOs.
   void receive(const can_frame& frame, const CanObjects& objects, NodeServices& services);
-  /// The TPDOs that are sent on change.
+  /// Sends the TPDOs that are sent on change.
   void send_changed(const CanObjects& objects, NodeServices& services);
 
  private:
@@ -37,8 +38,8 @@ class ProcessData {
   void send_tpdo(std::size_t number, const CanObjects& objects, NodeServices& services);
 
   std::array<std::optional<can_frame>, kPdos> received_{};    ///< until the next SYNC
-  std::array<std::vector<std::uint8_t>, kPdos> last_sent_{};  ///< TPDOs
-  std::array<unsigned, kPdos> syncs_{};                       ///< since the last TPDO
+  std::array<std::vector<std::uint8_t>, kPdos> last_sent_{};  ///< the TPDOs
+  std::array<unsigned, kPdos> syncs_{};                       ///< number since the last TPDO
 };
 
 }  // namespace corbot::sim

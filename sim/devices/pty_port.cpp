@@ -75,7 +75,7 @@ void PtyPort::make_link() {
     errno = EEXIST;
     fail(link_ + " is no symbolic link and is left alone");
   }
-  // Made aside and renamed: a program that waits for the link never finds it missing half-way.
+  // The link is made aside and renamed: a program that waits for the link never finds it missing half-way.
   const std::string aside = link_ + "." + std::to_string(::getpid());
   if (::symlink(name_.c_str(), aside.c_str()) != 0) fail(link_);
   if (::rename(aside.c_str(), link_.c_str()) != 0) {

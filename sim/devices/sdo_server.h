@@ -17,11 +17,11 @@ class SdoServer {
  public:
   explicit SdoServer(std::uint8_t node) : node_(node) {}
 
-  /// Forgets a transfer that is under way.
+  /// Forgets the transfer in progress.
   void reset() { is_uploading_ = false; }
-  /// The next request, or the next for this object, is answered by this.
+  /// Answers the next request, or the next one for this object, with this abort code.
   void abort_next(std::uint32_t code, std::optional<ObjectPattern> where) { abort_next_ = {code, where}; }
-  /// A request to this node; the answer goes out by `services`.
+  /// Handles a request to this node; `services` send the answer.
   void handle(const can_frame& frame, const CanObjects& objects, NodeServices& services);
 
  private:

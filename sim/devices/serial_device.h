@@ -12,30 +12,32 @@
 namespace corbot::sim {
 
 /// A servo controller at the other end of a serial line, without the line: a state machine that is given the
-/// time. Times may be from any clock that does not run backwards; an earlier one counts as the latest so far.
+/// time. Times may be from any clock that does not run backwards; an earlier time counts as the latest so
+/// far.
 class SerialDevice {
  public:
   virtual ~SerialDevice() = default;
 
-  /// What has arrived by now; pacing it to the line's speed is the caller's (ByteLine).
+  /// Takes bytes that have arrived by now. The caller paces them to the line's speed (ByteLine).
   virtual void receive(std::span<const std::uint8_t> bytes, std::int64_t now_ns) = 0;
-  /// What has left the device since the last call. Answers leave at the speed of the line.
+  /// Returns the bytes that have left the device since the last call. Answers leave at the speed of the line.
   virtual std::vector<std::uint8_t> answers(std::int64_t now_ns) = 0;
-  /// When the next byte of an answer will have left.
+  /// Returns the time at which the next byte of an answer will have left.
   [[nodiscard]] virtual std::optional<std::int64_t> next_answer_ns() const = 0;
 
   [[nodiscard]] virtual std::size_t channel_count() const = 0;
-  /// Width of the pulses that leave in the servo frame of this instant; 0: none.
+  /// Returns the width of the pulses that leave in the servo frame of this instant; 0: none.
   [[nodiscard]] virtual double pulse_us(std::size_t channel, std::int64_t now_ns) = 0;
-  /// Shaft position of the servo at this channel, as a pulse width.
+  /// Returns the shaft position of the servo at this channel, as a pulse width.
   [[nodiscard]] virtual double shaft_us(std::size_t channel, std::int64_t now_ns) = 0;
 
-  /// Power off and on: what was set and what was half received or half answered is gone; the shafts stay.
+  /// Switches the power off and on. Settings, and half received or half answered data, are lost; the shafts
+  /// stay.
   virtual void power_cycle(std::int64_t now_ns) = 0;
-  /// Puts a digital input to 5 V or 0 V; false when there is none of this name.
+  /// Sets a digital input to 5 V or 0 V; false if there is none of this name.
   virtual bool set_input(char name, bool is_high) = 0;
 
-  /// Of its answers, query by query.
+  /// Returns the faults of its answers, query by query.
   [[nodiscard]] AnswerFaults& faults() { return faults_; }
 
  protected:

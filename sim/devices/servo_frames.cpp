@@ -4,8 +4,7 @@
 namespace corbot::sim {
 namespace {
 
-/// After a longer silence the frames before the last minute are not looked at one by one: the servos have
-/// long settled.
+/// After a longer silence the frames before the last minute are skipped: the servos have long settled.
 constexpr std::int64_t kMostFrames = 3000;
 
 }  // namespace
@@ -40,7 +39,7 @@ void ServoFrames::send_frame(const PulseAt& pulse_at) {
     if (output.pulse_us > 0.0) {
       output.servo.set_pulse(output.pulse_us);
     } else if (before_us > 0.0) {
-      // A servo drops the pulse that it followed; else its dead band could bring that one back.
+      // A servo drops the pulse that it followed; otherwise its dead band could bring that pulse back.
       output.servo = ServoModel(servo_, output.servo.position_us());
     }
   }

@@ -16,11 +16,12 @@
 namespace corbot::sim {
 namespace {
 
-/// On their way from the host; more stay in the terminal, whose buffer fills up as a serial driver's does.
+/// The greatest number of bytes on their way from the host. More stay in the terminal, whose buffer fills up
+/// as a serial driver's does.
 constexpr std::size_t kMostUnderWay = 256;
-/// Bytes that come close upon each other are taken together; each still counts as of its own time.
+/// Bytes that come close after each other are taken together; each still counts at its own time.
 constexpr std::int64_t kBatch_ns = 1'000'000;
-/// Payload of one USB packet of an FTDI adapter: when it is full, it does not wait for the latency timer.
+/// Payload of one USB packet of an FTDI adapter: a full packet does not wait for the latency timer.
 constexpr std::size_t kAdapterPacket = 62;
 constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::uint64_t kLongest_ms = 60'000;
@@ -29,7 +30,7 @@ constexpr const char* kServerCommands =
     "drop N, garble N, silent on|off, deaf|garble|half QUERY on|off, lose QUERY N, delay QUERY MS, batch MS, "
     "power on|off, brownout MS, reset, unplug, plug, input X 0|1, pulses, late";
 
-/// What a receiver makes of a byte that came at another speed: never CR or ESC, which by chance could be one.
+/// Returns the byte that a receiver reads at another speed: never CR or ESC, which could occur by chance.
 std::uint8_t misread(std::uint8_t byte) { return static_cast<std::uint8_t>(((byte ^ 0x5A) | 0x80) & 0xFE); }
 
 }  // namespace
@@ -50,7 +51,7 @@ void SimServer::run() {
     (void)std::fflush(stdout);
     const std::int64_t now_ns = clock_ns();
     advance(now_ns);
-    // What the line cannot take yet stays in the terminal.
+    // Bytes for which the line has no room stay in the terminal.
     std::array<pollfd, 4> fds{{{ending_.fd(), POLLIN, 0},
                                {control_.fd(), POLLIN, 0},
                                {line_in_.room() > 0 ? port_.fd() : -1, POLLIN, 0},
@@ -66,7 +67,7 @@ void SimServer::run() {
     advance(clock_ns());
     if (fds[2].revents != 0) read_line(clock_ns());
     if (fds[3].revents != 0) port_.after_closed();
-    // May close the port, so it comes last.
+    // This may close the port, so it comes last.
     if (fds[1].revents != 0) control_.read([this](std::string_view command) { return handle(command); });
   }
 }
@@ -115,7 +116,7 @@ void SimServer::send_answers(std::int64_t now_ns) {
     byte = static_cast<std::uint8_t>(~byte);
   }
   if (is_wrong_baud) std::transform(answers.begin(), answers.end(), answers.begin(), misread);
-  // What has come before the adapter's last instant goes, what has come since waits for the next.
+  // Bytes that came before the adapter's last instant go; later bytes wait for the next one.
   if (batch_ns_ == 0 || now_ns / batch_ns_ != batched_ns_ / batch_ns_) {
     port_.write(batch_);
     batch_.clear();
@@ -135,7 +136,7 @@ void SimServer::set_power(bool is_on, std::int64_t now_ns) {
 }
 
 void SimServer::record_frame(std::int64_t time_ns) {
-  constexpr double kResolution_us = 0.005;  // half of what is written
+  constexpr double kResolution_us = 0.005;  // half of the written resolution
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     const Recorded now{device_->pulse_us(i, time_ns), device_->shaft_us(i, time_ns)};
     const bool is_off = now.pulse_us <= 0.0 && recorded_[i].pulse_us <= 0.0;

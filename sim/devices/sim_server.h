@@ -20,15 +20,15 @@ struct ServerOptions {
   std::string link;
   int baud{115200};
   std::string record;  ///< file, empty: none
-  /// A line whose other end is set to another speed carries garbage. Not so over a device's own USB.
+  /// If set, a line whose other end has another speed carries garbage. A device's own USB has no such check.
   bool checks_baud{true};
 };
 
-/// Runs a device on a pseudo-terminal in real time, with the faults that commands on standard input ask
-/// for. Replies to them go to standard output, one line each.
+/// Runs a device on a pseudo-terminal in real time. Commands on standard input cause faults. Replies to them
+/// go to standard output, one line each.
 class SimServer {
  public:
-  /// Failures throw std::runtime_error. From here on SIGTERM, SIGINT and SIGHUP only end run().
+  /// Throws std::runtime_error on failures. From here on SIGTERM, SIGINT and SIGHUP only end run().
   SimServer(std::unique_ptr<SerialDevice> device, const ServerOptions& options);
 
   void run();
@@ -42,16 +42,16 @@ class SimServer {
   void advance(std::int64_t now_ns);
   void record_frame(std::int64_t time_ns);
   void read_line(std::int64_t now_ns);
-  /// What has left the device, but for what the faults of the line take.
+  /// Sends the bytes that have left the device, except those that the faults of the line take.
   void send_answers(std::int64_t now_ns);
   void set_power(bool is_on, std::int64_t now_ns);
   [[nodiscard]] std::optional<std::int64_t> next_event_ns(std::int64_t now_ns) const;
 
-  /// The reply to a command.
+  /// Returns the reply to a command.
   [[nodiscard]] std::string handle(std::string_view command);
-  /// The faults of the line and of the power; nothing where the words are no such command.
+  /// Executes the faults of the line and of the power. Returns nothing if the words are no such command.
   [[nodiscard]] std::optional<std::string> execute_fault(const std::vector<std::string_view>& words);
-  /// Carries a command out; what is wrong with it, empty: nothing.
+  /// Carries out a command. Returns the error, which is empty if there is none.
   [[nodiscard]] std::string execute(const std::vector<std::string_view>& words);
   [[nodiscard]] std::string pulses();
   void plug();
@@ -69,11 +69,11 @@ class SimServer {
   bool is_silent_{false};
   bool checks_baud_;
   bool is_powered_{true};
-  std::int64_t power_on_ns_{0};      ///< after a brown-out; 0: by a command
-  std::int64_t batch_ns_{0};         ///< an adapter hands answers over so often; 0: at once
+  std::int64_t power_on_ns_{0};      ///< end of a brown-out; 0: a command switches on
+  std::int64_t batch_ns_{0};         ///< interval at which an adapter delivers answers; 0: at once
   std::vector<std::uint8_t> batch_;  ///< in the adapter
-  std::int64_t batched_ns_{0};       ///< the last look at it
-  std::int64_t latest_ns_{0};  ///< by which a servo frame was late in the record; since it was last asked for
+  std::int64_t batched_ns_{0};       ///< time of the last look at the batch
+  std::int64_t latest_ns_{0};        ///< greatest delay of a servo frame in the record since the last query
 };
 
 }  // namespace corbot::sim

@@ -14,14 +14,14 @@ class Cursor {
   explicit Cursor(std::string_view text) : text_(text) {}
 
   [[nodiscard]] bool at_end() const { return text_.empty(); }
-  /// The next character, 0 at the end.
+  /// Returns the next character, 0 at the end.
   [[nodiscard]] char peek() const { return text_.empty() ? '\0' : text_.front(); }
   bool take(std::string_view word) {
     if (!text_.starts_with(word)) return false;
     text_.remove_prefix(word.size());
     return true;
   }
-  /// Decimal digits, first .. last.
+  /// Parses decimal digits, first .. last.
   std::optional<int> number(int first, int last) {
     int value = 0;
     std::size_t digits = 0;
@@ -33,7 +33,7 @@ class Cursor {
     if (digits == 0 || value < first || value > last) return std::nullopt;
     return value;
   }
-  /// A letter from 'A' on, as a number from 0; one of the first `count`.
+  /// Parses a letter from 'A' on, as a number from 0; one of the first `count`.
   std::optional<int> letter(int count) {
     if (peek() < 'A' || peek() >= 'A' + count) return std::nullopt;
     const int value = peek() - 'A';
@@ -47,7 +47,7 @@ class Cursor {
 
 std::optional<int> channel(Cursor& text) { return text.number(0, kSsc32Channels - 1); }
 
-/// #5P1500S500#6P1600T2000
+/// Parses #5P1500S500#6P1600T2000.
 std::optional<Command> group_move(Cursor text) {
   GroupMove group{{}, 0};
   while (text.take("#")) {
@@ -110,7 +110,7 @@ std::optional<Command> banks(Cursor text) {
   return all;
 }
 
-/// What follows the first channel decides the kind; each kind then accepts nothing of another.
+/// The text after the first channel decides the kind; each kind then accepts nothing of another.
 std::optional<Command> for_channels(Cursor text) {
   Cursor ahead = text;
   ahead.take("#");

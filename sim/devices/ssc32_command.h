@@ -15,7 +15,7 @@ inline constexpr int kSsc32Channels = 32;
 inline constexpr int kSsc32PulseMin_us = 500;
 inline constexpr int kSsc32PulseMax_us = 2500;
 
-/// The commands of an SSC-32 as they are understood.
+/// The commands of an SSC-32 in parsed form.
 namespace ssc32 {
 
 struct ServoMove {
@@ -60,8 +60,8 @@ using Command = std::variant<GroupMove, Offsets, Levels, QueryMoving, QueryPulse
 [[nodiscard]] constexpr int digital_inputs(Ssc32Model model) { return model == Ssc32Model::kSsc32 ? 4 : 6; }
 [[nodiscard]] constexpr int analog_inputs(Ssc32Model model) { return model == Ssc32Model::kSsc32 ? 4 : 8; }
 
-/// Reads one command without its CR, in capitals and without white space. Nothing where the model would not
-/// understand all of it: a command is taken as a whole or not at all.
+/// Parses one command without its CR, in capitals and without white space. Returns nothing if the model would
+/// not understand all of it: a command is taken as a whole or not at all.
 [[nodiscard]] std::optional<Command> parse(std::string_view text, Ssc32Model model);
 
 }  // namespace ssc32

@@ -15,7 +15,7 @@ constexpr double kMiniSscLast = 254.0;
 constexpr std::size_t kLongestLine = 512;
 constexpr std::size_t kMostReplied = 1024;
 constexpr int kUnitOfQp_us = 10;
-/// The position that an SSC-32 assumes of a servo that it has not moved yet.
+/// The position that an SSC-32 assumes for a servo that it has not moved yet.
 constexpr int kAssumed_us = 500;
 constexpr double kHighVolts = 2.5;
 
@@ -24,7 +24,7 @@ std::string version_of(const Ssc32Options& options) {
   return options.model == Ssc32Model::kSsc32U ? "SSC32-V2.50USB" : "SSC32-1.06XE";
 }
 
-/// How long a servo takes at its speed limit, rounded up.
+/// Returns the time that a servo takes at its speed limit, rounded up.
 std::int64_t shortest_ns(int distance_us, int speed_us_per_s) {
   const std::int64_t scaled = std::int64_t{1'000'000'000} * std::abs(distance_us);
   return speed_us_per_s > 0 ? (scaled + speed_us_per_s - 1) / speed_us_per_s : 0;
@@ -173,7 +173,7 @@ void Ssc32Device::execute(const ssc32::GroupMove& group) {
   const bool has_speed =
       std::any_of(group.moves.begin(), group.moves.end(), [](const auto& m) { return m.speed_us_per_s > 0; });
   const bool is_timed = has_speed || group.time_ms > 0;
-  // The first move of a servo: an SSC-32 goes there from the position that it assumes, an SSC-32U at once.
+  // The first move of a servo: an SSC-32 goes there from its assumed position, an SSC-32U at once.
   const auto jumps = [&](const Channel& channel) {
     return !is_timed || (!channel.has_position && options_.model == Ssc32Model::kSsc32U);
   };

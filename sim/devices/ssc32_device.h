@@ -17,12 +17,12 @@ namespace corbot::sim {
 struct Ssc32Options {
   Ssc32Model model{Ssc32Model::kSsc32U};
   int baud{115200};
-  std::string version{};  ///< what VER answers; empty: as the model does
-  /// What positions 0 and 254 of a Mini SSC command mean.
+  std::string version{};  ///< the answer to VER; empty: that of the model
+  /// The meaning of positions 0 and 254 of a Mini SSC command.
   double mini_ssc_first_us{500.0};
   double mini_ssc_last_us{2500.0};
   ServoModelOptions servo{};
-  double shaft_us{1500.0};  ///< where the shafts stand at first
+  double shaft_us{1500.0};  ///< initial positions of the shafts
 };
 
 /// Lynxmotion SSC-32 and SSC-32U: ASCII commands that end with CR, and those of the Mini SSC II.
@@ -40,12 +40,12 @@ class Ssc32Device final : public SerialDevice {
 
   void power_cycle(std::int64_t now_ns) override;
   bool set_input(char name, bool is_high) override;
-  /// The pin of an analog input, 0 .. 5 V; digital inputs have the same pins.
+  /// Sets the pin of an analog input, 0 .. 5 V; digital inputs have the same pins.
   bool set_analog(char name, double volts);
 
-  /// The level of a channel that is a plain output; nothing while it is a servo's.
+  /// Returns the level of a channel that is a plain output; nothing while it is a servo's.
   [[nodiscard]] std::optional<bool> output(std::size_t channel) const;
-  /// Commands so far that were not understood, and hence ignored.
+  /// Returns the number of commands so far that were not understood, and hence ignored.
   [[nodiscard]] std::uint64_t bad_input_count() const { return bad_input_count_; }
 
  private:
@@ -72,7 +72,7 @@ class Ssc32Device final : public SerialDevice {
   void take_byte(std::uint8_t byte);
   void take_mini_ssc(std::uint8_t byte);
   void run_line();
-  /// To a query of this kind.
+  /// Answers a query of this kind.
   void answer(std::string_view query, std::vector<std::uint8_t> bytes);
 
   void execute(const ssc32::GroupMove& group);

@@ -20,7 +20,7 @@ constexpr int kMostWaiting = 8;
   throw std::runtime_error(path + ": " + why);
 }
 
-/// A program that was killed leaves its socket without a listener.
+/// Removes the socket of a program that was killed: it has no listener.
 void remove_dead_socket(const std::string& path, int type, const sockaddr_un& address) {
   struct stat there {};
   if (::lstat(path.c_str(), &there) != 0) return;

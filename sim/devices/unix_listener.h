@@ -8,7 +8,7 @@
 
 namespace corbot::sim {
 
-/// A listening Unix socket, non-blocking. A socket that a killed program has left is replaced, nothing else.
+/// A listening Unix socket, non-blocking. It replaces a socket that a killed program has left, nothing else.
 class UnixListener {
  public:
   /// `type`: SOCK_STREAM or SOCK_SEQPACKET. `mode`: of the socket's file; absent: by the umask. Throws
@@ -19,9 +19,9 @@ class UnixListener {
   /// Removes the socket's file, unless another program has replaced it.
   ~UnixListener();
 
-  /// To be polled: readable when a client waits.
+  /// Returns the descriptor to be polled: readable when a client waits.
   [[nodiscard]] int fd() const { return fd_; }
-  /// The next client's descriptor, non-blocking, the caller's to close; -1 where none waits.
+  /// Returns the next client's descriptor, non-blocking; the caller closes it. -1 if no client waits.
   [[nodiscard]] int accept() const;
 
  private:

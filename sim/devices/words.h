@@ -9,7 +9,7 @@
 
 namespace corbot::sim {
 
-/// A decimal number and nothing else.
+/// Parses a decimal number and nothing else.
 [[nodiscard]] inline std::optional<std::uint64_t> count_of(std::string_view text) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

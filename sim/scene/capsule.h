@@ -15,7 +15,8 @@ struct Capsule {
   double radius_m{};
 };
 
-/// Between the surfaces; negative where they overlap. Shortest distance of two segments: C. Ericson, Real-Time Collision Detection, 5.1.9.
+/// Returns the distance between the surfaces; negative if they overlap. Shortest distance of two segments: C.
+/// Ericson, Real-Time Collision Detection, 5.1.9.
 [[nodiscard]] inline double distance_m(const Capsule& a, const Capsule& b) {
   const Eigen::Vector3d u = a.to_m - a.from_m;
   const Eigen::Vector3d v = b.to_m - b.from_m;

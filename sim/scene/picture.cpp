@@ -17,21 +17,22 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kScale = 2;          // the canvas is so much larger than the picture
+constexpr int kScale = 2;          // factor from the picture to the canvas
 constexpr int kFraction = 4;       // bits of a canvas coordinate below 1
-constexpr double kFarthest = 1e5;  // canvas pixels; what lies beyond is not drawn
+constexpr double kFarthest = 1e5;  // canvas pixels; farther points are not drawn
 const cv::Scalar kTable(205, 208, 206);
 const cv::Scalar kBody(42, 44, 46);
 const cv::Scalar kArm(120, 118, 122);
 
-/// A shape that is convex in the picture: the hull of these points, in one colour. A higher layer hides a lower one.
+/// A shape that is convex in the picture: the hull of these points, in one colour. A higher layer hides a
+/// lower one.
 struct Shape {
   double layer_m{};
   std::vector<Vector3d> points{};
   cv::Scalar colour{};
 };
 
-/// A circle about `middle` in the plane of two unit vectors.
+/// Adds a circle about `middle` in the plane of two unit vectors.
 void add_circle(std::vector<Vector3d>& points, const Vector3d& middle, double radius_m, const Vector3d& u,
                 const Vector3d& v) {
   constexpr int kPoints = 48;
@@ -49,7 +50,8 @@ void add_sphere(std::vector<Vector3d>& points, const Vector3d& middle, double ra
   }
 }
 
-/// The body lies in the layer of its foot: it hides no label but those of pieces below its foot.
+/// Adds a standing piece. The body lies in the layer of its foot: it hides only labels of pieces below its
+/// foot.
 void add_standing(std::vector<Shape>& shapes, const DrawnPiece& piece) {
   const Vector3d top = piece.foot_m + piece.height_m * Vector3d::UnitZ();
   Shape body{piece.foot_m.z(), {}, kBody};

@@ -31,17 +31,19 @@ struct PictureOptions {
   int rows{720};
   double noise{4};  ///< 1 sigma of 255
   std::uint64_t seed{1};
-  /// Where a point of the world is seen, pixels; nothing where it is not ahead of the camera.
+  /// Returns the pixel at which a point of the world is seen; nothing if the point is not ahead of the
+  /// camera.
   std::function<std::optional<Eigen::Vector2d>(const Eigen::Vector3d&)> project;
 };
 
-/// Draws the scene as the true camera sees it: from low to high, with anti-aliasing and noise. Not real-time safe.
-/// A piece that is taller than its neighbour does not hide the neighbour's label.
+/// Draws the scene as the true camera sees it: from low to high, with anti-aliasing and noise. Not real-time
+/// safe. A piece that is taller than its neighbour does not hide the neighbour's label.
 class Picture {
  public:
   explicit Picture(PictureOptions options);
   ~Picture();
-  /// Rows of pixels, three bytes each: blue, green, red; valid until the next call. `arms` hide what is under them.
+  /// Returns rows of pixels, three bytes each: blue, green, red; valid until the next call. `arms` hide what
+  /// is under them.
   [[nodiscard]] const std::vector<std::uint8_t>& draw(std::span<const DrawnPiece> pieces,
                                                       std::span<const Capsule> arms);
 

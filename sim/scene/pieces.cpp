@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Along, across and above the tool centre point.
+/// Returns the offsets along, across and above the tool centre point.
 Vector3d to_hand(const Hand& hand, const Vector3d& point) {
   const Vector3d offset = point - hand.tool_m;
   return {offset.dot(hand.along()), offset.dot(hand.across), offset.z()};
@@ -89,7 +89,7 @@ std::optional<std::vector<Vector2d>> scatter(const Vector2d& size_m, double spac
   const auto columns = static_cast<std::size_t>(size_m.x() / spacing_m) + 1;
   const auto rows = static_cast<std::size_t>(size_m.y() / spacing_m) + 1;
   if (count > columns * rows) return std::nullopt;
-  // Each point has a cell of its own with `spacing_m` to the next ones; it is at random in what remains.
+  // Each point has a cell of its own with `spacing_m` to the next ones; its place in the remainder is random.
   const Vector2d cells(static_cast<double>(columns), static_cast<double>(rows));
   const Vector2d free_m = (size_m - spacing_m * (cells - Vector2d::Ones())).cwiseQuotient(cells);
   std::mt19937_64 random(seed);

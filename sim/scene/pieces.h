@@ -21,21 +21,22 @@ struct Piece {
   std::size_t kind{};
   double diameter_m{};
   double height_m{};
-  Eigen::Vector3d foot_m{
-      Eigen::Vector3d::Zero()};  ///< middle of its foot; of a fallen one, of its side on the surface
+  /// The middle of its foot; for a fallen piece, of its side on the surface.
+  Eigen::Vector3d foot_m{Eigen::Vector3d::Zero()};
   PieceState state{PieceState::kStanding};
-  double yaw_rad{0};                  ///< fallen: direction of its axis
-  std::optional<std::size_t> hand{};  ///< between whose fingers it is; held: the hand that holds it
+  double yaw_rad{0};  ///< fallen: direction of its axis
+  /// The hand with the piece between its fingers; held: the hand that holds it.
+  std::optional<std::size_t> hand{};
   Eigen::Vector3d in_hand_m{Eigen::Vector3d::Zero()};  ///< held: its foot along, across and above the tool
 };
 
-/// The pieces and what hands do with them.
-/// A standing piece is between the fingers where the tool centre point is next to its axis: across, within the
-/// room that opening and diameter leave; along the hand, within `kAlong_m`. The point must be `kEnd_m` or more
-/// from both ends of the piece. Fingers push a piece that is between them, until the hand moves away from it.
-/// They hold it once their opening is below its diameter and `kPlay_m`: it follows the tool, upright.
-/// A released piece stands where its foot is within `kDrop_m` of the surface, above or below, and no other
-/// piece stands. Otherwise it falls, and stays there.
+/// The pieces, and the hands' effects on them. A standing piece is between the fingers if the tool centre
+/// point is next to its axis. Across, it must be within the room that opening and diameter leave; along the
+/// hand, within `kAlong_m`. The point must be `kEnd_m` or more from both ends of the piece.
+/// Fingers push a piece between them until the hand moves away from it. They hold the piece once their
+/// opening is below its diameter and `kPlay_m`: it follows the tool, upright. A released piece stands if its
+/// foot is within `kDrop_m` of the surface, above or below, and no other piece stands there. Otherwise it
+/// falls, and stays there.
 class Pieces {
  public:
   static constexpr double kPlay_m = 0.001;
@@ -47,11 +48,11 @@ class Pieces {
   Pieces(std::vector<Piece> pieces, std::function<double(const Eigen::Vector3d&)> surface_m)
       : pieces_(std::move(pieces)), surface_m_(std::move(surface_m)) {}
 
-  /// The hands as they are now; their order is always the same.
+  /// Takes the present hands; their order is always the same.
   void step(std::span<const Hand> hands);
-  /// One more piece, as if a person put it down.
+  /// Adds one more piece, as if a person put it down.
   void put_down(const Piece& piece) { pieces_.push_back(piece); }
-  /// The piece of this index is gone, as if a person took it; the later ones move up.
+  /// Removes the piece of this index, as if a person took it; the later ones move up.
   void take_away(std::size_t index);
 
   [[nodiscard]] const std::vector<Piece>& all() const { return pieces_; }
@@ -65,8 +66,9 @@ class Pieces {
   std::function<double(const Eigen::Vector3d&)> surface_m_;
 };
 
-/// Points at random in a rectangle about the origin, at least `spacing_m` from each other. Nothing where
-/// `count` is more than the rows and columns that the rectangle takes. The same seed gives the same points.
+/// Returns random points in a rectangle about the origin, at least `spacing_m` from each other. Returns
+/// nothing if `count` exceeds the rows and columns that fit into the rectangle. The same seed gives the same
+/// points.
 [[nodiscard]] std::optional<std::vector<Eigen::Vector2d>> scatter(const Eigen::Vector2d& size_m,
                                                                   double spacing_m, std::size_t count,
                                                                   std::uint64_t seed);

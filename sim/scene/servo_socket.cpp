@@ -28,7 +28,7 @@ void ServoSocket::step(std::int64_t now_ns) {
       client_ = next;
     }
   }
-  // Without a client, or where it takes no more, they are lost, as on a line without a reader.
+  // Without a client, or if it takes no more, the answers are lost, as on a line without a reader.
   const std::vector<std::uint8_t> answers = device_.answers(now_ns);
   if (has_client() && !answers.empty())
     (void)::send(client_, answers.data(), answers.size(), MSG_NOSIGNAL | MSG_DONTWAIT);

@@ -13,9 +13,9 @@
 
 namespace corbot::sim {
 
-/// An emulated SSC-32 at a Unix stream socket, mode 0600, for one client at a time; another one meanwhile is
-/// closed at once. The device stays when its client goes: the servos hold, and the next client finds them so.
-/// Never blocks.
+/// An emulated SSC-32 at a Unix stream socket, mode 0600, for one client at a time. Another client meanwhile
+/// is closed at once. The device stays when its client goes: the servos hold, and the next client finds them
+/// so. Never blocks.
 class ServoSocket {
  public:
   /// Listens. Throws std::runtime_error.
@@ -24,11 +24,11 @@ class ServoSocket {
   ServoSocket& operator=(const ServoSocket&) = delete;
   ~ServoSocket() { drop_client(); }
 
-  /// Adds what must be polled: step() is due when one of them is readable.
+  /// Adds the descriptors to be polled: step() is due when one of them is readable.
   void add_to(std::vector<pollfd>& fds) const;
-  /// Takes what has come in, sends the answers that have left, and accepts the next client.
+  /// Takes the received bytes, sends the answers that have left, and accepts the next client.
   void step(std::int64_t now_ns);
-  /// When step() has an answer to send.
+  /// Returns the time at which step() has an answer to send.
   [[nodiscard]] std::optional<std::int64_t> next_answer_ns() const;
 
   [[nodiscard]] Ssc32Device& device() { return device_; }
