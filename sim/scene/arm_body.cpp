@@ -46,7 +46,7 @@ ChainShape shape_of(const JointChain& chain, const Joints& q) {
     const Vector3d point = vector_of(pose.position_m + rotate(pose.orientation, axis.point_m));
     const Vector3d along = direction.dot(points.back() - point) * direction;
     if (turns && has_turned && parallel(chain.axes[i - 1].direction, axis.direction)) {
-      // No point of two parallel axes is the nearest one: the link is where the profile has the later axis' point.
+      // Parallel axes have no nearest points. The link is where the profile has the later axis' point.
       add(points.back() - along);
       add(point);
     } else if (turns) {
@@ -67,8 +67,9 @@ ChainShape shape_of(const JointChain& chain, const Joints& q) {
 /// The tool's axes, world.
 using ToolAxes = std::array<Vector3d, 3>;
 
-/// The hand points along the axis that is nearest to the last link. The fingers close along the usual one of the other two, unless
-/// the third one is clearly nearer to the horizontal. In a grasp from above both are horizontal.
+/// Sets the hand's direction to the axis that is nearest to the last link. The fingers close along the usual
+/// one of the other two, unless the third one is clearly nearer to the horizontal. In a grasp from above both
+/// are horizontal.
 void set_directions(Hand& hand, const ToolAxes& axes, const Vector3d& last_link) {
   constexpr double kClearly = 0.1;  // of the sine of the inclination
   const auto along = [&](const Vector3d& axis) { return axis.dot(last_link); };

@@ -41,10 +41,11 @@ struct ArmBody {
 };
 
 /// `shaft_us`: where the servo of a channel stands, as a pulse width. `opening_m`: between the open fingers.
-/// Links run between the points of successive turning axes that are next to each other; between parallel axes, as a SCARA has
-/// them, a link is as high as the point in the profile's geometry. A sliding joint lengthens the link that it is in. The hand
-/// points along the last link, also downward: its fingers close along the tool frame's z axis, or along y where z is the hand's
-/// direction, or along the third axis where that is nearer to the horizontal.
+/// A link runs between the points of two successive turning axes that are nearest to each other. Between
+/// parallel axes, as in a SCARA, a link is as high as the point in the profile's geometry. A sliding joint
+/// lengthens its link. The hand points along the last link, also downward. The fingers close along the tool
+/// frame's z axis, or along y if z is the hand's direction. They close along the third axis if that axis is
+/// nearer to the horizontal.
 [[nodiscard]] ArmBody arm_body(const ArmModel& model, const ArmBase& base, double opening_m,
                                const std::function<double(std::size_t channel)>& shaft_us);
 
