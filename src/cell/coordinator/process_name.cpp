@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <fstream>
@@ -21,6 +22,7 @@ namespace {
 constexpr std::string_view kWaits = "/waits";
 constexpr std::size_t kMost = 64 - kWaits.size();  // of the characters that the interface takes
 constexpr std::size_t kBootPart = 8;               // of the boot's id
+constexpr std::size_t kProgramPart = 18;           // so that the host is cut alike for each program
 constexpr int kStartAfterName = 20;  // the start is field 22 of stat, and the program's name is field 2
 
 std::string first_line(const char* path) {
@@ -47,16 +49,21 @@ std::string process_name() {
   char host[65] = {};
   ::gethostname(host, sizeof host - 1);
   // The host is for people: where the name is too long, its end is left out.
-  const std::string who = client::printable(fmt::format("corbot-coordinator@{}", host));
-  return who.substr(0, kMost - process.size()) + process;
+  const std::string where = client::printable(fmt::format("@{}", host));
+  return client::printable(program_invocation_short_name).substr(0, kProgramPart) +
+         where.substr(0, kMost - kProgramPart - process.size()) + process;
 }
 
 bool is_of_dead_process(const std::string& name) {
-  // HOST/BOOT of this process: a container, which has other processes, has another host name.
-  const std::string own = process_name();
+  // @HOST/BOOT of this process: a container, which has other processes, has another host name.
+  const auto place_in = [](const std::string& text) {
+    return text.substr(std::min(text.find('@'), text.size()));
+  };
+  const std::string own = place_in(process_name());
   const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
-  if (!name.starts_with(machine)) return false;
-  std::string process = name.substr(machine.size());
+  const std::string named = place_in(name);
+  if (!named.starts_with(machine)) return false;
+  std::string process = named.substr(machine.size());
   if (is_waiting_name(process)) process.erase(process.size() - kWaits.size());
   const auto slash = process.find('/');
   const std::string pid = process.substr(0, slash);

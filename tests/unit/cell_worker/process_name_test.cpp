@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <string>
 
 namespace corbot::test {
@@ -31,7 +32,7 @@ std::string printed_by(const std::string& command) {
 TEST(ProcessName, HasBootProcessAndStart) {
   const std::string name = cell::process_name();
   EXPECT_THAT(name, SizeIs(::testing::Le(64U)));
-  EXPECT_THAT(name, StartsWith("corbot-coordinator@" + printed_by("hostname").substr(0, 10)));
+  EXPECT_THAT(name, StartsWith(program_invocation_short_name + ("@" + printed_by("hostname").substr(0, 10))));
   const std::string boot = printed_by("cut -c1-8 /proc/sys/kernel/random/boot_id");
   const std::string start = printed_by(fmt::format("cut -d' ' -f22 /proc/{}/stat", ::getpid()));
   EXPECT_THAT(name, EndsWith(fmt::format("/{}/{}/{}", boot, ::getpid(), start)));
@@ -46,6 +47,8 @@ TEST(ProcessName, TellsWhetherItsProcessHasEnded) {
   EXPECT_TRUE(cell::is_of_dead_process(own + "1")) << "the id was given again: another start";
   const std::string machine = own.substr(0, own.rfind('/', own.rfind('/') - 1) + 1);
   EXPECT_TRUE(cell::is_of_dead_process(machine + "999999999/1"));
+  const std::string ended = own.substr(own.find('@')) + "1";
+  EXPECT_TRUE(cell::is_of_dead_process("corbot-camera" + ended)) << "a process of another program";
   EXPECT_FALSE(cell::is_of_dead_process("corbot-coordinator@elsewhere/12345678/999999999/1")) << "not known";
   for (const char* rest : {"", "x/1", "12", "0/1", "-1/1", "99999999999/1"})
     EXPECT_FALSE(cell::is_of_dead_process(machine + rest)) << rest;
