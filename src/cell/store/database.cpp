@@ -27,7 +27,8 @@ void make_private_file(const std::string& file) {
 void Database::Close::operator()(sqlite3* connection) const { sqlite3_close(connection); }
 
 Database::Database(const std::filesystem::path& file) : file_(file.string()) {
-  make_private_file(file_);
+  const bool is_in_memory = file_ == kInMemory;
+  if (!is_in_memory) make_private_file(file_);
   sqlite3* connection = nullptr;
   const int code =
       sqlite3_open_v2(file_.c_str(), &connection, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
@@ -35,7 +36,7 @@ Database::Database(const std::filesystem::path& file) : file_(file.string()) {
   check(code);
   check(sqlite3_busy_timeout(connection, kBusyTimeout_ms));
   Statement mode(*this, "PRAGMA journal_mode = WAL");
-  if (!mode.next() || mode.text(0) != "wal")
+  if (!mode.next() || mode.text(0) != (is_in_memory ? "memory" : "wal"))
     throw DatabaseError(file_ + ": its file system does not support a write-ahead log");
   run("PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON");
 }

@@ -20,6 +20,9 @@ class DatabaseError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// In place of a file: the database is in the memory of this process, and ends with its connection.
+inline constexpr const char* kInMemory = ":memory:";
+
 /// One connection to an SQLite file, for one thread at a time. Everything here throws DatabaseError.
 class Database {
  public:

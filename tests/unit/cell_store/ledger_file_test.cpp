@@ -57,6 +57,18 @@ TEST_F(LedgerFile, ANewOneKnowsNoTokenOfTheOneBefore) {
   }
 }
 
+TEST_F(LedgerFile, OneInMemoryIsForItselfAndLeavesNoFile) {
+  CellConfig cell = cell_;
+  cell.ledger = kInMemory;
+  Ledger first(cell);
+  const ClaimToken token = first.claim("robot1", "test", 0);
+  EXPECT_EQ(first.reserve(token, "pallet1", "store1", seen_, 0).piece, 1U);
+  Ledger second(cell);
+  EXPECT_EQ(first.transfers().length(), 1U);
+  EXPECT_EQ(second.transfers().length(), 0U);
+  EXPECT_FALSE(std::filesystem::exists(kInMemory));
+}
+
 TEST_F(LedgerFile, IsPrivate) {
   for (const char* name : {"ledger.db", "ledger.db-wal"}) {
     struct stat status {};
