@@ -24,16 +24,16 @@ void check_listen(const std::string& host, int port) {
                 why + (is_taken ? ": choose other ports with --ports" : ": check cell.host in cell.toml"));
 }
 
-OrbServer::OrbServer(const std::string& host, int port, std::size_t most_bytes)
-    : endpoint_(net::endpoint_text(host, port)) {
-  check_listen(host, port);
+OrbServer::OrbServer(const std::string& host, const std::vector<int>& ports, std::size_t most_bytes)
+    : endpoint_(net::endpoint_text(host, ports.front())) {
+  for (const int port : ports) check_listen(host, port);
   corbot_connections_start();
   std::vector<std::string> words{"corbot-cell"};
   const auto add = [&](const char* option, const std::string& value) {
     words.push_back(std::string("-ORB") + option);
     words.push_back(value);
   };
-  add("endPoint", "giop:tcp:" + endpoint_);
+  for (const int port : ports) add("endPoint", "giop:tcp:" + net::endpoint_text(host, port));
   add("threadPerConnectionPolicy", "1");  // calls wait, and a pool would be used up by them
   add("maxServerThreadPerConnection", "32");
   add("maxGIOPConnectionPerServer", "20");  // a client's calls that wait block none of its others

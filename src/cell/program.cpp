@@ -2,6 +2,7 @@
 #include "cell/program.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -9,8 +10,10 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <string_view>
 
 #include "client/failure.h"
+#include "config/similar.h"
 #include "notify/service_notifier.h"
 
 namespace corbot::cell {
@@ -87,6 +90,16 @@ void make_private_directory(const std::filesystem::path& directory) {
   if ((found.st_mode & 077) != 0)
     refuse(fmt::format("is open to other users, mode {:03o}: close it with 'chmod 700 {}'",
                        found.st_mode & 0777, path.string()));
+}
+
+void check_robot(const CellConfig& cell, const char* option, const std::string& name) {
+  if (cell.robot(name) != nullptr) return;
+  std::vector<std::string_view> known;
+  for (const CellRobot& robot : cell.robots) known.emplace_back(robot.name);
+  const std::string_view near = most_similar(name, known, kSimilarKey);
+  throw Failure(ExitCode::kUsage, fmt::format("{}: there is no robot '{}' in the cell; there are: {}{}",
+                                              option, name, fmt::join(known, ", "),
+                                              near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
 }
 
 int run_program(int argc, char** argv, const Program& program) {

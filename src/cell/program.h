@@ -30,6 +30,9 @@ struct Program {
   std::function<void(const CellConfig&)> run;
 };
 
+/// Throws client::Failure, kUsage, where the cell has no robot of the name that this option was given.
+void check_robot(const CellConfig& cell, const char* option, const std::string& name);
+
 /// main() of a program: blocks the signals that ask for the end, reads command line and cell, makes the state directory, mode 0700,
 /// and returns the exit status of docs/cli.md; what went wrong is on standard error.
 [[nodiscard]] int run_program(int argc, char** argv, const Program& program);

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "cell/store/database.h"
+#include "cli/cell/cell_processes.h"
 #include "java_robot.h"
 #include "shm/descriptor.h"
 #include "support/paths.h"
@@ -415,12 +416,17 @@ class CellUp : public CellRun {
                                HasSubstr(" touches=0 "), HasSubstr(" fallen=0 ")));
     EXPECT_EQ(left_running(), "");
   }
+  /// The command line of one program of the cell.
+  [[nodiscard]] std::vector<std::string> program(const std::string& name,
+                                                 const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words = command(more);
+    words.erase(words.begin(), words.begin() + 3);
+    words.insert(words.begin(), (fs::path(CORBOT_BIN_DIR) / name).string());
+    return words;
+  }
   /// A world that outlives the cell.
   [[nodiscard]] Process world(int pieces) const {
-    std::vector<std::string> words = command({"--pieces", std::to_string(pieces)});
-    words.erase(words.begin(), words.begin() + 3);
-    words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-scene");
-    Process made(words, environment());
+    Process made(program("corbot-scene", {"--pieces", std::to_string(pieces)}), environment());
     if (!made.wait_line("ready", within(60))) throw std::runtime_error("no world: " + made.errors());
     return made;
   }
@@ -698,6 +704,128 @@ TEST_F(CellUp, IsNotStartedTwiceAndEndsWithItsWorld) {
   EXPECT_EQ(WEXITSTATUS(*end), 5);
   EXPECT_THAT(cell.errors(), HasSubstr("the simulated world has ended"));
   EXPECT_EQ(left_running(), "");
+}
+
+/// Programs that a person starts one by one. No coordinator is there: the camera drives robot1.
+class CellDriven : public CellUp {
+ protected:
+  void begin(int pieces) {
+    world_.emplace(world(pieces));
+    cell::CellOverrides overrides;
+    overrides.name = name_;
+    overrides.ports = ports_;
+    overrides.state_directory = state();
+    const cell::CellConfig cell = cell::load_cell(directory_ / "cell.toml", overrides);
+    cli::write_profiles(cell);
+    cli::publish_addresses(cell);
+    robot_.emplace(std::vector<std::string>{CORBOT_BIN_DIR "/corbot", "up",
+                                            (state() / "robots" / "robot1.toml").string(), "--name", robot(),
+                                            "--endpoint", fmt::format("127.0.0.1:{}", ports_ + 3)},
+                   environment());
+    ASSERT_TRUE(robot_->wait_line(robot() + " is up", within(60))) << robot_->errors();
+  }
+  [[nodiscard]] fs::path state() const { return directory_ / "state"; }
+  [[nodiscard]] std::string robot() const { return name_ + "-robot1"; }
+  [[nodiscard]] Process camera(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{"--drive", "robot1"};
+    words.insert(words.end(), more.begin(), more.end());
+    return Process(program("corbot-camera", words), environment());
+  }
+  /// The program ends by itself, and the arm is at rest.
+  void expect_end_at_rest(Process& camera) const {
+    camera.signal(SIGINT);
+    const auto end = camera.wait(within(30));
+    ASSERT_TRUE(end);
+    EXPECT_EQ(WEXITSTATUS(*end), 0) << camera.errors();
+    EXPECT_THAT(camera.output(), HasSubstr(" robot1 stopped\n"));
+    const RunResult status = run(
+        {CORBOT_BIN_DIR "/corbot", "--robot", fmt::format("127.0.0.1:{}/{}", ports_ + 3, robot()), "status"},
+        60, environment());
+    EXPECT_THAT(status.output, HasSubstr("Standby")) << status.errors;
+  }
+  /// The world's own count: the pieces stand at the store, once.
+  void expect_stored(int pieces) {
+    EXPECT_EQ(robot_->terminate(), 0) << robot_->errors();
+    EXPECT_EQ(world_->terminate(), 0);
+    EXPECT_THAT(world_->output(), testing::AllOf(HasSubstr(fmt::format(" store1={} ", pieces)),
+                                                 HasSubstr(" held=0 fallen=0 touches=0 ")));
+  }
+
+  std::optional<Process> world_;
+  std::optional<Process> robot_;
+};
+
+TEST_F(CellDriven, TheCameraDrivesARobotByTheLedgerAndGoesOnAfterItsEnd) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  begin(2);
+  Process store(program("corbot-store"), environment());
+  ASSERT_TRUE(store.wait_line("ready", within(60))) << store.errors();
+  Process first = camera();
+  ASSERT_TRUE(wait_event(first, "robot1 piece 1 picking at pallet1")) << first.output() << first.errors();
+  Process second = second_coordinator();
+  EXPECT_TRUE(wait_event(second, "robot1 stand-by: ")) << second.output();
+  EXPECT_THAT(second.output(), HasSubstr("corbot-camera@"));
+  second.signal(SIGKILL);
+  expect_end_at_rest(first);
+  Process next = camera();
+  const auto placed = [&] {
+    return events("SELECT COUNT(*) FROM event WHERE step = 'placed' AND place = 'store1'");
+  };
+  EXPECT_TRUE(wait_until(within(120), [&] { return placed() >= 2; })) << next.output() << next.errors();
+  EXPECT_TRUE(reaches("pallet1 is empty")) << status();
+  expect_end_at_rest(next);
+  EXPECT_EQ(placed(), 2);
+  EXPECT_EQ(events("SELECT COUNT(*) FROM piece WHERE state = 'stands' AND place = 'store1'"), 2);
+  expect_stored(2);
+}
+
+TEST_F(CellDriven, WithoutAStoreTheCameraKeepsTheLedgerItself) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  begin(2);
+  Process camera = this->camera({"--no-store"});
+  for (int i = 0; i < 2; ++i)
+    ASSERT_TRUE(wait_event(camera, " placed at store1 ")) << camera.output() << camera.errors();
+  EXPECT_THAT(status(), HasSubstr("store1       2 of 4 slots have a piece, 0 reserved"));
+  EXPECT_FALSE(fs::exists(state() / "ledger.db"));
+  const RunResult store = run(program("corbot-store"), 60, environment());
+  EXPECT_EQ(store.code, 5) << "the cell has one store";
+  EXPECT_THAT(store.errors, HasSubstr("in use"));
+  expect_end_at_rest(camera);
+  expect_stored(2);
+}
+
+TEST_F(CellDriven, WithoutAStoreAPieceOfTheProcessBeforeNeedsAPerson) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  begin(2);
+  {
+    Process killed = camera({"--no-store"});
+    ASSERT_TRUE(wait_event(killed, " placed at store1 ")) << killed.output() << killed.errors();
+    killed.signal(SIGKILL);
+    ASSERT_TRUE(killed.wait(within(30)));
+  }
+  Process next = camera({"--no-store"});
+  EXPECT_TRUE(reaches("a piece that is not in the ledger stands at store1")) << status();
+  expect_end_at_rest(next);
+  EXPECT_EQ(robot_->terminate(), 0) << robot_->errors();
+}
+
+TEST_F(CellDriven, AWrongWordIsNamed) {
+  const auto refusal = [&](const std::vector<std::string>& words) {
+    const RunResult result = run(program("corbot-camera", words), 60, environment());
+    EXPECT_EQ(result.code, 2);
+    return result.errors;
+  };
+  EXPECT_THAT(
+      refusal({"--drive", "robt1"}),
+      HasSubstr("--drive: there is no robot 'robt1' in the cell; there are: robot1, robot2; did you mean "
+                "'robot1'?"));
+  EXPECT_THAT(refusal({"--no-store"}), HasSubstr("--no-store requires --drive"));
+  edit("store = { ledger = \"ledger.db\" }", "store = { reference = \"corbaloc::127.0.0.1:1/Store\" }");
+  EXPECT_THAT(refusal({"--drive", "robot1", "--no-store"}), HasSubstr("the cell's store runs elsewhere"));
+  const RunResult other =
+      run(program("corbot-coordinator", {"--robots", "robot1,robotx"}), 60, environment());
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.errors, HasSubstr("--robots: there is no robot 'robotx' in the cell"));
 }
 
 TEST_F(CellRun, APortInUseIsNamed) {

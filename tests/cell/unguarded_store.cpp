@@ -64,7 +64,7 @@ class MeetingStore final : public StoreServant {
 void run(const CellConfig& cell) {
   Ledger ledger(cell, ZoneCheck::kOff);
   MeetingStore servant(ledger);
-  OrbServer server(cell.host, cell.store_port());
+  OrbServer server(cell.host, {cell.store_port()});
   server.activate(kStoreKey, &servant);
   server.serve(kStoreKey);
   ledger.end_waiting();

@@ -1,19 +1,82 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot-camera: the object Camera of a cell.
+// corbot-camera: the object Camera of a cell. With --drive it also does the work of one robot, without a coordinator's process.
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "cell/camera/camera_servant.h"
 #include "cell/camera/picture_view.h"
+#include "cell/coordinator/coordinator_servant.h"
 #include "cell/orb_server.h"
 #include "cell/program.h"
+#include "cell/store/store_servant.h"
+#include "client/failure.h"
+
+namespace corbot::cell {
+namespace {
+
+struct Drive {
+  std::optional<std::string> robot{};  ///< whose work is done; nothing: none
+  bool has_own_store{false};           ///< the ledger is in this process, and ends with it
+};
+
+void check(const CellConfig& cell, const Drive& drive) {
+  if (drive.robot) check_robot(cell, "--drive", *drive.robot);
+  if (drive.has_own_store && !cell.store_reference.empty())
+    throw client::Failure(
+        client::ExitCode::kUsage,
+        "--no-store: the cell's store runs elsewhere, as store.reference says: leave out option or key");
+}
+
+/// Those of the objects that this process serves. The camera's is the first.
+std::vector<int> ports(const CellConfig& cell, const Drive& drive) {
+  std::vector<int> all{cell.camera_port()};
+  if (drive.robot && cell.coordinator_reference.empty()) all.push_back(cell.coordinator_port());
+  if (drive.has_own_store) all.push_back(cell.store_port());
+  return all;
+}
+
+/// The robot's worker reaches camera and store by the cell's references, also where they are in this process: the ORB
+/// calls those objects directly.
+void run(const CellConfig& cell, const Drive& drive) {
+  check(cell, drive);
+  CameraServant camera(cell);
+  std::optional<Ledger> ledger;
+  std::optional<StoreServant> store;
+  std::optional<CoordinatorServant> coordinator;  // these outlive the ORB
+  OrbServer server(cell.host, ports(cell, drive), kMostJpegBytes + 4096);
+  server.activate(kCameraKey, &camera);
+  if (drive.has_own_store) {
+    CellConfig in_memory = cell;
+    in_memory.ledger = kInMemory;
+    store.emplace(ledger.emplace(std::move(in_memory)));
+    server.activate(kStoreKey, &*store);
+  }
+  if (drive.robot) {
+    coordinator.emplace(server.orb(), cell, std::vector{*drive.robot});
+    server.activate(kCoordinatorKey, &*coordinator);
+    coordinator->start_unless_stopped();
+  }
+  server.serve(kCameraKey);
+  if (coordinator) coordinator->end();
+  if (ledger) ledger->end_waiting();  // the end of the ORB waits for calls
+}
+
+}  // namespace
+}  // namespace corbot::cell
 
 int main(int argc, char** argv) {
   using namespace corbot::cell;
+  Drive drive;
+  const auto add_options = [&](CLI::App& app) {
+    CLI::Option* const robot = app.add_option(
+        "--drive", drive.robot, "name of a robot whose work this program does, without a coordinator");
+    app.add_flag("--no-store", drive.has_own_store,
+                 "keep the ledger in this program, in place of the cell's store: it ends with the program")
+        ->needs(robot);
+  };
   return run_program(argc, argv,
-                     {.name = "corbot-camera",
-                      .about = "Takes pictures of a cell and finds the pieces in them.",
-                      .run = [](const CellConfig& cell) {
-                        CameraServant servant(cell);
-                        OrbServer server(cell.host, cell.camera_port(), kMostJpegBytes + 4096);
-                        server.activate(kCameraKey, &servant);
-                        server.serve(kCameraKey);
-                      }});
+                     {"corbot-camera", "Takes pictures of a cell and finds the pieces in them.", add_options,
+                      [&](const CellConfig& cell) { run(cell, drive); }});
 }

@@ -10,25 +10,17 @@
 
 #include "cell/orb_server.h"
 #include "cell/program.h"
-#include "client/failure.h"
 
 namespace corbot::cell {
 namespace {
 
 /// Those named, each once; all where none is.
 std::vector<std::string> robots_of(const CellConfig& cell, const std::vector<std::string>& named) {
-  std::vector<std::string> all;
-  for (const CellRobot& robot : cell.robots) all.push_back(robot.name);
-  if (named.empty()) return all;
+  for (const std::string& name : named) check_robot(cell, "--robots", name);
   std::vector<std::string> chosen;
-  for (const std::string& name : all) {
-    if (std::find(named.begin(), named.end(), name) != named.end()) chosen.push_back(name);
-  }
-  for (const std::string& name : named) {
-    if (cell.robot(name) != nullptr) continue;
-    throw client::Failure(client::ExitCode::kUsage,
-                          fmt::format("--robots: there is no robot '{}' in the cell; there are: {}", name,
-                                      fmt::join(all, ", ")));
+  for (const CellRobot& robot : cell.robots) {
+    if (named.empty() || std::find(named.begin(), named.end(), robot.name) != named.end())
+      chosen.push_back(robot.name);
   }
   return chosen;
 }
@@ -37,7 +29,7 @@ void run(const CellConfig& cell, const std::vector<std::string>& named, bool is_
          const WrapPorts& wrap_ports) {
   const std::vector<std::string> robots = robots_of(cell, named);
   std::unique_ptr<CoordinatorServant> servant;  // outlives the ORB
-  OrbServer server(cell.host, cell.coordinator_port());
+  OrbServer server(cell.host, {cell.coordinator_port()});
   servant = std::make_unique<CoordinatorServant>(server.orb(), cell, robots, wrap_ports);
   server.activate(kCoordinatorKey, servant.get());
   if (is_to_start) servant->start_unless_stopped();

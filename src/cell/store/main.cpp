@@ -10,7 +10,7 @@ namespace {
 void run(const CellConfig& cell) {
   Ledger ledger(cell);
   StoreServant servant(ledger);
-  OrbServer server(cell.host, cell.store_port());
+  OrbServer server(cell.host, {cell.store_port()});
   server.activate(kStoreKey, &servant);
   server.serve(kStoreKey);
   ledger.end_waiting();  // the end of the ORB waits for calls
