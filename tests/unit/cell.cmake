@@ -12,10 +12,12 @@ list(FILTER sources EXCLUDE REGEX ${parts_REGEX})
 list(FILTER programs INCLUDE REGEX ${parts_REGEX})
 corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
-  LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene
+  LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config
+       corbot::sim_scene
        corbot::config corbot::backends corbot_process tinyxml fmt::fmt)
 corbot_test(test_cell_programs TIER process
   SOURCES ${programs} cell_worker/fake_cell.cpp
-  LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_remote corbot::cell_store corbot::cell_program
+  LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_remote corbot::cell_store
+       corbot::cell_program
        corbot::cell_config corbot::cell_record corbot::client corbot_rig fmt::fmt
   DEPENDS corbot corbot-rt corbot-servant corbot-store corbot-scene corbot-camera)

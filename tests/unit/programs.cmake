@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # This program examines how the built programs are linked, and with what.
 set(sources architecture/architecture_test.cpp architecture/linked_libraries.cpp)
-# The cycle never calls the loader; its control is the same program, bound lazily. The sanitizers bring functions of their own.
+# The cycle never calls the loader; its control is the same program, bound lazily. The sanitizers bring
+# functions of their own.
 if(NOT CORBOT_SANITIZE)
   list(APPEND sources rt/binding_test.cpp)
   foreach(probe IN ITEMS binding_probe binding_probe_lazy)
     add_executable(${probe} rt/binding_probe.cpp)
     corbot_target(${probe})
-    target_link_libraries(${probe} PRIVATE corbot_test_headers corbot::rt_core corbot::loopback corbot::planner corbot::config)
+    target_link_libraries(${probe} PRIVATE corbot_test_headers corbot::rt_core corbot::loopback
+                                           corbot::planner corbot::config)
     set_target_properties(${probe} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   endforeach()
   target_link_options(binding_probe_lazy PRIVATE -Wl,-z,lazy)
@@ -31,9 +33,11 @@ endif()
 # The committed pictures and the script that makes them; no program is needed.
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 corbot_command_test(Pictures TIER core
-  COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/pictures_test.py PROPERTIES TIMEOUT 60)
+  COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/pictures_test.py
+  PROPERTIES TIMEOUT 60)
 corbot_command_test(Words TIER core
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/words_test.py PROPERTIES TIMEOUT 60)
 corbot_command_test(Installation TIER process
-  COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/install_test.py ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR}
+  COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/install_test.py
+          ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR}
   PROPERTIES TIMEOUT 60)

@@ -4,7 +4,8 @@ corbot_test(rig_devices_test TIER process
   SOURCES rig_devices/gpio_test.cpp rig_devices/pwm_test.cpp
   LIBS corbot::backends corbot::inputs)
 
-# The GPIO tests once more on libgpiod 2, which Debian 12 has not; its Python binding on PyPI carries the sources.
+# The GPIO tests once more on libgpiod 2, which Debian 12 has not; its Python binding on PyPI carries the
+# sources.
 set(CORBOT_LIBGPIOD2_DIR "" CACHE PATH "Unpacked sources of PyPI's gpiod 2, empty for none")
 if(EXISTS "${CORBOT_LIBGPIOD2_DIR}/libgpiod-version.txt")
   file(GLOB libgpiod2_sources ${CORBOT_LIBGPIOD2_DIR}/lib/*.c)
@@ -19,6 +20,7 @@ if(EXISTS "${CORBOT_LIBGPIOD2_DIR}/libgpiod-version.txt")
   # Only the rig runs it. First in the linker's order: what it defines is not looked for in corbot::gpio.
   add_executable(rig_gpiod2_test ${CMAKE_CURRENT_SOURCE_DIR}/rig_devices/gpio_test.cpp)
   corbot_target(rig_gpiod2_test)
-  target_link_libraries(rig_gpiod2_test PRIVATE corbot_test_headers corbot_gpio2 corbot::backends corbot::inputs GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(rig_gpiod2_test PRIVATE corbot_test_headers corbot_gpio2 corbot::backends
+                                                corbot::inputs GTest::gtest GTest::gmock GTest::gtest_main)
   set_target_properties(rig_gpiod2_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
 endif()

@@ -18,7 +18,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// What scripts/house finds wrong with a tree, a line each.
+/// Returns the faults that scripts/house finds in a tree, a line each.
 std::vector<std::string> breaches(const fs::path& root) {
   const RunResult result =
       run({"python3", CORBOT_SOURCE_DIR "/scripts/house", "--check", "--root", root.string()});

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An installation holds what docs/install/package.md says, and finds its own files. Arguments: CMake, the build directory."""
+"""An installation holds what docs/install/package.md says, and finds its own files.
+
+Arguments: CMake, the build directory.
+"""
 import pathlib
 import re
 import subprocess
@@ -29,7 +32,8 @@ class Installation(unittest.TestCase):
             self.assertEqual(result.returncode, 0, program + result.stderr)
 
     def test_the_completion_completes(self):
-        script = (f". '{self.root}/share/bash-completion/completions/corbot'; COMP_WORDS=(corbot sta); COMP_CWORD=1; "
+        script = (f". '{self.root}/share/bash-completion/completions/corbot'; "
+                  "COMP_WORDS=(corbot sta); COMP_CWORD=1; "
                   "$(complete -p corbot | sed 's/.*-F \\([^ ]*\\).*/\\1/'); echo \"${COMPREPLY[@]}\"")
         result = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
         self.assertIn("status", result.stdout, result.stderr)
@@ -38,7 +42,8 @@ class Installation(unittest.TestCase):
         self.assertIn(".TH CORBOT 1", (self.root / "share/man/man1/corbot.1").read_text())
 
     def test_an_installed_profile_is_found_by_its_name(self):
-        result = subprocess.run([self.root / "bin/corbot", "up", "lynx5"], cwd=self.root, capture_output=True, text=True)
+        result = subprocess.run([self.root / "bin/corbot", "up", "lynx5"], cwd=self.root, capture_output=True,
+                                text=True)
         self.assertEqual(result.returncode, 2)
         self.assertIn(f"did you mean '{self.root}/share/corbot/profiles/lynx5.toml'?", result.stderr)
 

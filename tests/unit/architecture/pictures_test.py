@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of docs/pictures are as new as their inputs, and scripts/pictures --check finds each fault. Takes no arguments."""
+"""The pictures of docs/pictures are as new as their inputs, and scripts/pictures --check finds each fault.
+
+Takes no arguments.
+"""
 import pathlib
 import shutil
 import subprocess
@@ -11,7 +14,8 @@ TOP = pathlib.Path(__file__).resolve().parents[3]
 
 
 def check(root):
-    result = subprocess.run([sys.executable, TOP / "scripts/pictures", "--check", "--root", root], capture_output=True,
+    result = subprocess.run([sys.executable, TOP / "scripts/pictures", "--check", "--root", root],
+                            capture_output=True,
                             text=True)
     return result.returncode, result.stdout + result.stderr
 
@@ -21,7 +25,8 @@ class Pictures(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.root = pathlib.Path(self.folder.name)
-        for name in ("docs/pictures", "profiles", "python/src", "sim/scene", "src/cell", "src/cli", "src/planner"):
+        for name in ("docs/pictures", "profiles", "python/src", "sim/scene", "src/cell", "src/cli",
+                     "src/planner"):
             shutil.copytree(TOP / name, self.root / name)
 
     def expect_fault(self, text):

@@ -15,20 +15,26 @@ class Words(unittest.TestCase):
         """The breaches of a tree of one file, without the file's name."""
         with tempfile.TemporaryDirectory() as root:
             (pathlib.Path(root) / name).write_text(text)
-            result = subprocess.run([sys.executable, TOP / "scripts/words", "--root", root, name], capture_output=True, text=True)
+            result = subprocess.run([sys.executable, TOP / "scripts/words", "--root", root, name],
+                                    capture_output=True, text=True)
         self.assertEqual(result.stderr, "")
         self.assertEqual(result.returncode, 1 if result.stdout else 0)
         return [line.removeprefix(f"{name}:") for line in result.stdout.splitlines()]
 
     def test_takes_plain_sentences(self):
-        self.assertEqual(self.found_in("a.h", "/// Returns the joints, in rad. The caller owns them.\nint what;\n"), [])
-        self.assertEqual(self.found_in("a.md", "# What is here\n\nA page.\n\n    Of code nothing is read.\n\n| Of | a table |\n"), [])
+        self.assertEqual(
+            self.found_in("a.h", "/// Returns the joints, in rad. The caller owns them.\nint what;\n"), [])
+        self.assertEqual(
+            self.found_in("a.md", "# What is here\n\nA page.\n\n"
+                          "    Of code nothing is read.\n\n| Of | a table |\n"), [])
 
     def test_finds_each_opener(self):
         for word in ("Of", "What", "Who", "Whoever", "Likewise", "Nobody"):
             for name, text in (("a.cpp", f"// {word} is here.\n"), ("a.h", f"int a;  ///< {word} is here\n"),
-                               ("a.py", f"# A noun is first. {word} is not.\n"), ("a.md", f"- {word} is here.\n")):
-                self.assertIn(f"1: a sentence begins with '{word}'", "\n".join(self.found_in(name, text)), name)
+                               ("a.py", f"# A noun is first. {word} is not.\n"),
+                               ("a.md", f"- {word} is here.\n")):
+                self.assertIn(f"1: a sentence begins with '{word}'", "\n".join(self.found_in(name, text)),
+                              name)
 
     def test_finds_a_long_sentence_over_several_lines(self):
         begin, end = LONG[:70], LONG[71:]

@@ -36,7 +36,7 @@ class BusApproachTest : public BusBackendTest {
     EXPECT_NEAR(fastest, 0.5, 1e-6);
   }
 
-  /// What open() says, begun in a thread of its own.
+  /// Calls open() in a thread of its own. The future has the error's text, or "open".
   static std::future<std::string> opening(BusBackend& backend) {
     return std::async(std::launch::async, [&backend]() -> std::string {
       try {

@@ -113,7 +113,8 @@ TEST_F(BusBackendTest, WhatAControllerSendsIsNotMeasured) {
   EXPECT_NEAR(backend->read().position_q[0], 0.5, 1e-12);
 }
 
-/// Also where nobody has asked for it: what a motion has reached, and how far it is behind, is known by them.
+/// A backend measures the joints even if no caller has asked for it: the goal reached and the following error
+/// come from the encoders.
 TEST_F(BusBackendTest, EncodersMeasureTheJoints) {
   bus_.is_drive = bus_.has_encoders = true;
   bus_.approach_ns = 0;

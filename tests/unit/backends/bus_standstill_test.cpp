@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thread of a device that stood still for a while, and goes on: where the arm is by then is not the next place to go to.
+// A thread of a device that stood still for a while, and goes on: where the arm is by then is not the next
+// place to go to.
 #include "rt/backends/bus/standstill.h"
 #include "rt/backends/bus/step_limit.h"
 #include "unit/backends/fake_bus.h"
@@ -35,8 +36,8 @@ TEST(Standstill, OfTheWholeMachineIsNone) {
 
 class BusStandstillTest : public BusBackendTest {
  protected:
-  /// The cycle goes on, by the time that passes, while the thread waits in a call to the device, until it has waited so
-  /// long. Returns the number of the newest frame.
+  /// The cycle goes on, by the time that passes, while the thread waits in a call to the device, until it has
+  /// waited so long. Returns the number of the newest frame.
   std::uint64_t go_on_without_the_thread(BusBackend& backend, Clock::duration how_long) {
     const std::lock_guard lock(bus_.mutex);  // which the device's send() waits for
     const auto begin = Clock::now();

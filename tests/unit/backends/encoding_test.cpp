@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the serial backends put on the wire, against the makers' manuals.
+// Checks the bytes that the serial backends put on the wire against the makers' manuals.
 #include <gmock/gmock.h>
 
 #include <cmath>

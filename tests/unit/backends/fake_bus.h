@@ -192,7 +192,7 @@ class BusBackendTest : public ::testing::Test {
     result.pulse_us[0] = pulse_us;
     return result;
   }
-  /// What the cycle writes in Error; `off`: at rest, or where no ramp is possible.
+  /// Returns the frame that the cycle writes in Error. `off`: at rest, or if no ramp is possible.
   static ServoFrame stopped(std::uint64_t cycle, double pulse_us = 1500.0, bool off = false) {
     ServoFrame result = frame(cycle, pulse_us);
     result.needs_clear = true;
@@ -206,7 +206,8 @@ class BusBackendTest : public ::testing::Test {
     bus_.fails = true;
     ASSERT_TRUE(becomes(backend, BackendHealth::kLost));
   }
-  /// As the cycle does: it goes on to say that it is in Error, until the device stands by. Returns its newest frame.
+  /// As the cycle does: it goes on to say that it is in Error, until the device stands by. Returns its newest
+  /// frame.
   ServoFrame answer(BusBackend& backend, const ServoFrame& held) {
     ServoFrame latched = held;
     latched.needs_clear = true;

@@ -47,7 +47,7 @@ class PwmSysfsTest : public ::testing::Test, protected test::FakePwmChip {
   }
 };
 
-/// What is written to the files of one output, in order.
+/// Records the writes to the files of one output, in order.
 class Recorder {
  public:
   explicit Recorder(const fs::path& directory) : fd_(::inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {

@@ -58,7 +58,7 @@ TEST(SerialArrival, AMaestroThatIsSlowerThanItsLimitIsWaitedFor) {
 TEST(SerialArrival, AMaestroGainsAndLosesItsSpeedOnTheWay) {
   MaestroBench bench;
   bench.begin(1000.0);
-  // What was left from Control Center counts for none of it.
+  // Speeds that Control Center has left in the controller have no effect on the motion.
   for (std::uint8_t i = 0; i < kServos; ++i) {
     const std::array<std::uint8_t, 4> slow{0x89, i, 1, 0};
     bench.emulated.receive(slow, bench.wire.now_ns);

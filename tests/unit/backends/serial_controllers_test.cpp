@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the serial backends do with a controller that restarts, falls silent or is misheard: emulated ones,
-// in their own time.
+// Tests the serial backends with emulated controllers that restart, fall silent or garble their replies. Each
+// runs in emulated time.
 #include <gmock/gmock.h>
 
 #include "unit/backends/serial_bench.h"
@@ -72,7 +72,7 @@ TEST(SerialControllers, AnAnswerThatIsMissingDoesNotHoldUpTheFrames) {
     bench.device.send(all_at(1500.0), false);
     (void)bench.device.emergency_stop();
     (void)bench.device.measure(all_at(1500.0));
-    // What is under way, which here costs no time, and 30 ms.
+    // The bound is the exchange under way, which here costs no time, and 30 ms.
     EXPECT_LT(bench.wire.longest_wait, std::chrono::milliseconds(100));
   };
   Ssc32Bench ssc32(Ssc32Model::kSsc32U, 115200, true, 'A');
@@ -293,7 +293,7 @@ TEST(SerialControllers, AGarbledAnswerDoesNotSayWhereAServoStarts) {
   EXPECT_EQ(bench.device.measure(all_at(1250.0)).value[0], 2050.0);
 }
 
-/// What an SSC-32 does with a time and a servo that has had no pulse: it throws the arm to 500 us.
+/// An SSC-32 ignores the time of a servo's first pulse: such a command throws the arm to 500 us.
 TEST(SerialControllers, AnSsc32GivesAFirstPulseWithoutATime) {
   for (const Ssc32Model model : {Ssc32Model::kSsc32, Ssc32Model::kSsc32U}) {
     Ssc32Bench bench(model, 9600);  // too slow for 50 Hz: frames have times

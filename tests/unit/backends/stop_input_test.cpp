@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A controller's emergency stop input that is not heard: the controller answers all else, or nothing.
+// Tests a controller that does not report its emergency stop input: it answers all other queries, or none.
 #include <gmock/gmock.h>
 
 #include <optional>
@@ -26,7 +26,7 @@ std::optional<StopInputLevel> exchange(Ssc32Bench& bench, DeviceCause* cause = n
   return std::nullopt;
 }
 
-/// What the input says in the end.
+/// Returns true once the input has the level `wanted`.
 bool comes_to(Ssc32Bench& bench, StopInputLevel wanted) {
   return wait_until([&] { return exchange(bench) == wanted; });
 }

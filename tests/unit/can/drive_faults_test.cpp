@@ -50,7 +50,8 @@ class FailingDrives : public Drives {
     EXPECT_THAT(failure->what(), HasSubstr(text));
     drives.close();
   }
-  /// While the first one is enabled and the last one waits for its turn; what has passed by then counts as well.
+  /// While the first one is enabled and the last one waits for its turn; what has passed by then counts as
+  /// well.
   void expect_not_enabled_after(const std::string& begin, const std::string& end, DeviceCause cause) {
     settings_.stagger_ms = 1000;
     Cia402Drives drives(settings_);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drives as they are sold: what is right already is left alone, what differs is written when they take it, and what cannot be
-// had is named.
+// Drives as they are sold: what is right already is left alone, what differs is written when they take it,
+// and what cannot be had is named.
 #include "unit/can/drives_fixture.h"
 
 namespace corbot::rt {

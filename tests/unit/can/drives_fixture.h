@@ -107,14 +107,14 @@ class Drives : public ::testing::Test {
   }
   /// Whatever was sent so far has been carried to all who listen, and who has come to listen does.
   void await_bus() { (void)emulator_.counts(); }
-  /// From here on it hears what is sent, and nothing from before.
+  /// The port receives the frames from here on, and none from before.
   void listen(CanPort& port, const std::vector<canid_t>& identifiers) {
     port.open(emulator_.bus(), identifiers);
     await_bus();
     while (port.read(CanPort::Clock::time_point{})) {
     }
   }
-  /// What opening and enabling say, when they fail.
+  /// Returns the error of opening and enabling.
   DeviceError refused() {
     try {
       Cia402Drives drives(settings_);

@@ -10,7 +10,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Of BusBackend's way back, 0.5 rad/s in steps of a millisecond, rounded; one that came late may be two.
+/// BusBackend approaches at 0.5 rad/s in steps of a millisecond, rounded. A late step may have the size of
+/// two.
 constexpr std::int64_t kLargestStep = 2 * 25 + 2;
 
 TEST_F(Drives, AreEnabledWhereTheyStandAndFollow) {
@@ -331,7 +332,7 @@ TEST_F(Drives, HoldOrRelaxAtTheEnd) {
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled);
   open(true);
   backend_->close();
-  // The emulator may hear this test's question before it hears the backend's last word.
+  // The emulator may receive this test's query before the backend's last frame.
   EXPECT_TRUE(wait_until(within(10), [&] { return state_of_node(1) == DriveState::kSwitchOnDisabled; }));
 }
 

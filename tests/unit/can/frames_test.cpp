@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes over the bus and what is made of it: CiA 301 and CiA 402.
+// Checks the frames on the bus and how they are read: CiA 301 and CiA 402.
 #include <gmock/gmock.h>
 #include <linux/can/error.h>
 #include <sys/socket.h>

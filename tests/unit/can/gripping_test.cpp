@@ -15,7 +15,7 @@ class GrippingDrives : public Drives {
     (void)drives_->open();
     ASSERT_TRUE(drives_->energise([] { return false; }));
   }
-  /// One cycle with the gripper told to close.
+  /// Runs one cycle with a command to close the gripper.
   void close_further() {
     ServoFrame now = frame();
     now.pulse_us[2] = arm_.gripper.closed_us;

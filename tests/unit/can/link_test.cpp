@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the kernel says of an interface: its messages as rtnetlink(7) and linux/can/netlink.h have them.
+// Checks the kernel's messages on an interface, as rtnetlink(7) and linux/can/netlink.h define them.
 #include "rt/backends/can/can_link.h"
 
 #include <gmock/gmock.h>

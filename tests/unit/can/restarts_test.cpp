@@ -100,8 +100,8 @@ TEST_F(RestartedDrives, AreNotStartedWhenOneRestartsAfterEverySetUp) {
   port.open(emulator_.bus(), {kSdoRequest + 2, kSdoRequest + 3});
   emulator_.command("silent on 2");
   std::jthread restarts([&](const std::stop_token& end) {
-    // Nodes 2 and 3 are gates: while a set-up waits for one of them, the other is closed. So each set-up finds node 1
-    // restarted before it can end, however late this thread is.
+    // Nodes 2 and 3 are gates: while a set-up waits for one of them, the other is closed. So each set-up
+    // finds node 1 restarted before it can end, however late this thread is.
     canid_t closed = kSdoRequest + 2;
     while (!end.stop_requested()) {
       const auto request = port.read(CanPort::Clock::now() + std::chrono::milliseconds(10));
@@ -160,7 +160,8 @@ TEST_F(RestartedDrives, MaySagALittle) {
   }
 }
 
-/// The thread that asks stands still from their start on, as the whole machine may, and so do they, a little longer.
+/// The thread that asks stands still from their start on, as the whole machine may, and so do they, a little
+/// longer.
 class DrivesOnAMachineThatStandsStill : public RestartedDrives {
  protected:
   static void stand_still(int) {

@@ -206,7 +206,7 @@ TEST_F(MeetingTest, ADirectoryThatOthersMayWriteIsRefused) {
   EXPECT_EQ(error->kind(), Kind::kForeign) << "no socket";
 }
 
-/// Whoever may enter the directory can lock it, and read what is open to him.
+/// Any process that may enter the directory can lock it, and read the files that it has permission for.
 TEST_F(MeetingTest, ALockOnTheDirectoryKeepsNobodyOut) {
   const Descriptor directory(::open(directory_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   ASSERT_EQ(::flock(directory.get(), LOCK_EX | LOCK_NB), 0);
@@ -307,7 +307,7 @@ class Predecessor : public MeetingTest {
     channel_ = connect(*port_);
     dead.kill();
   }
-  /// What a new task finds when `servant` tries to connect.
+  /// Returns the segment that a new task gets when `servant` tries to connect.
   std::optional<Segment<const TaskSegment>> found(ServantPort& port) {
     next_ = std::make_unique<TaskEnd>(name(), ChannelPolicy{});
     EXPECT_TRUE(next_->server.left_behind());

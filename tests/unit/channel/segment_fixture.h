@@ -23,7 +23,7 @@ namespace corbot {
 
 inline constexpr std::uint64_t kTestFingerprint = 0x1234;
 
-/// What a real-time task has of the channel; the test plays its cycle.
+/// Holds a real-time task's part of the channel; the test plays its cycle.
 struct TaskEnd {
   TaskEnd(const std::string& robot, ChannelPolicy policy)
       : task(Segment<TaskSegment>::create(robot, kTestFingerprint)),
@@ -32,7 +32,7 @@ struct TaskEnd {
   void serve() {
     server.serve(task, stop, mailbox, [this](const Descriptor&) { ++kept; });
   }
-  /// What the cycle does at the beginning of a step; null when there is no new servant.
+  /// Takes the new servant as the cycle does at the beginning of a step; null when there is none.
   const ServantOffer* step() {
     const ServantOffer* const servant = mailbox.take();
     if (servant == nullptr) return nullptr;

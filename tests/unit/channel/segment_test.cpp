@@ -12,7 +12,7 @@
 
 #include "segment_fixture.h"
 
-// What a segment is, and what nobody but its creator can do to it.
+// Tests a segment's form, and that no process but its creator can change it.
 
 namespace corbot {
 namespace {
@@ -120,7 +120,7 @@ class Forged {
     return error_of([&] { (void)Segment<const TaskSegment>::open(copy_of(memory_), expectation); });
   }
   void set_mode(mode_t mode) { ::fchmod(memory_.get(), mode); }
-  /// Of one page there is no memory.
+  /// Removes one page of the memory file.
   void punch_hole(off_t at) {
     if (::fallocate(memory_.get(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE, at, 4096) != 0) ::abort();
   }

@@ -17,8 +17,8 @@ using Words = std::array<std::uint64_t, 4>;
 constexpr Words kFirst{1, 2, 3, 4};
 constexpr Words kSecond{5, 6, 7, 8};
 
-/// Stops a writer in the middle, as SIGKILL would: throws out of the given store. store() is noexcept for its
-/// users, so the policy's atomics count instead of throwing and drop every store after the given one.
+/// Stops a writer in the middle, as SIGKILL would. The users of store() need it noexcept, so the policy
+/// cannot throw. Its atomics count instead, and drop every store after the given one.
 struct DyingAtomics : StdAtomics {
   inline static int stores_left = 1'000'000;
   template <class T>

@@ -10,7 +10,7 @@ namespace {
 
 using StopTest = SegmentTest;
 
-/// Whoever may stop the robot sees that it has stopped, by the same connection.
+/// A client that may stop the robot sees by the same connection that the robot has stopped.
 TEST_F(StopTest, AStopIsConfirmedByACycleThatHasReadIt) {
   using Outcome = StopPort::Outcome;
   const auto rt = task();

@@ -41,9 +41,9 @@ struct RelaxedFree : StdAtomics {
 struct RelaxedReuse : StdAtomics {
   static constexpr std::memory_order kRingReuse = std::memory_order_relaxed;
 };
-/// The cell's words are atomic, so no weakening of it is a data race by itself (tests/model shows the torn
-/// record); what the cell orders besides is: here, a plain variable written before a store and read after the
-/// load that returned it.
+/// The cell's words are atomic, so a weaker order of them is not a data race by itself (tests/model shows the
+/// torn record). The data race shows in a plain variable. One thread writes it before a store, another reads
+/// it after the load that returned that store.
 struct RelaxedSequence : StdAtomics {
   static constexpr std::memory_order kCellSequencePublish = std::memory_order_relaxed;
   static constexpr std::memory_order kCellWordStore = std::memory_order_relaxed;

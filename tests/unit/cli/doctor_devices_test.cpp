@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `corbot doctor` asks of a device while the robot is down, with emulated devices; none of it moves or energises.
+// Tests the queries of `corbot doctor` to a device while the robot is down, with emulated devices. None of
+// them moves or energises.
 #include <gmock/gmock.h>
 #include <linux/can/netlink.h>
 #include <sys/socket.h>
@@ -47,7 +48,7 @@ std::string all_of(const Findings& findings) {
   for (const Finding& finding : findings) text += finding.text + "\n";
   return text;
 }
-/// What is not ok says what to do, and only that.
+/// Each finding that is not ok has a fix, and no other has one.
 void expect_fixes(const Findings& findings) {
   for (const Finding& finding : findings) {
     EXPECT_EQ(finding.fix.empty(), finding.level == Level::kOk) << finding.text;
@@ -275,7 +276,7 @@ TEST_F(DoctorDevices, WhatIsNoCanBusIsSaidToBeNone) {
   EXPECT_THAT(first(file), is_failure("a path is no interface"));
   EXPECT_THAT(first("no-such-can"), is_failure("no such interface"));
   EXPECT_THAT(first("lo"), is_failure("is not a CAN interface"));
-  // A socket that nobody listens on, and one of another kind.
+  // Tries a socket that no process listens on, and one of another kind.
   for (const int type : {SOCK_SEQPACKET, SOCK_STREAM}) {
     const std::string path = (directory_ / ("bus" + std::to_string(type))).string();
     sockaddr_un address{};

@@ -91,7 +91,7 @@ TEST(DryRun, AnArmOfSixJointsTakesTheOrientationThatWasSet) {
       "");
 }
 
-/// What the dry run says of the last line's plan.
+/// Returns the text of the dry run on the last line's plan.
 std::string plan_of_last(const std::string& text) {
   DryRun robot(kLynx5);
   for (const Statement& statement : parse_program(text).statements)

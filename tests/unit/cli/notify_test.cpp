@@ -151,7 +151,8 @@ TEST_F(Notify, AChildThatSpunIsReplacedLikeOneThatDidNotRespond) {
   }
 }
 
-/// As a real-time task's segments are stored: the next one's is there, under the other name, before the old one goes.
+/// As a real-time task's segments are stored: the next one's is there, under the other name, before the old
+/// one goes.
 TEST_F(Notify, ATasksSegmentsAreStoredUnderTwoNamesInTurn) {
   NotifySocket systemd(file("systemd"));
   ASSERT_EQ(::setenv("NOTIFY_SOCKET", systemd.path().c_str(), 1), 0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A child of the supervisor's tests: carries out its arguments in their order, with libsystemd's side of the protocol.
+// A child of the supervisor's tests: carries out its arguments in their order, with libsystemd's side of the
+// protocol.
 #include <fcntl.h>
 #include <signal.h>
 #include <systemd/sd-daemon.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a record is reduced to, how it is drawn, and which files are no record.
+// Tests how a record is reduced and drawn, and which files are no record.
 #include "cli/plot/plot.h"
 
 #include <fmt/format.h>
@@ -230,7 +230,7 @@ TEST(ChartSvg, KeepsTheSpikesOfAnHourInASmallFile) {
             std::string::npos);
 }
 
-/// What a program plans for the arm of this profile.
+/// Returns the samples that a program plans for the arm of this profile.
 PlanSamples samples_of(const std::string& program, const char* profile) {
   DryRun robot(profile);
   for (const Statement& statement : parse_program(program).statements)

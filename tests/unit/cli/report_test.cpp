@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the supervisor prints, to readers that do not read.
+// Tests the supervisor's output to readers that do not read.
 #include "cli/supervise/report.h"
 
 #include <fcntl.h>

@@ -342,7 +342,7 @@ TEST(ArmProfile, DrivesOfSlidesCountMetres) {
             "gives 3000000000 counts at the end of the joint's range; a drive has up to 2147483647");
 }
 
-/// What somebody begins with who describes an arm of his own.
+/// The document's profile is the one to begin with for an arm of one's own.
 TEST(ArmProfile, TheOneInTheDocumentIsComplete) {
   std::ifstream stream{CORBOT_PROFILES "/../docs/profiles.md"};
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};

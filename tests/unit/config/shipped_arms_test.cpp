@@ -140,7 +140,8 @@ TEST_P(ShippedArms, ComeBackOnEveryRow) {
   }
 }
 
-/// Limits, home and ranges together: as many solutions within the profile's ranges as the vectors have within theirs.
+/// Limits, home and ranges together: as many solutions within the profile's ranges as the vectors have within
+/// theirs.
 TEST_P(ShippedArms, HaveAsManySolutionsInTheirRanges) {
   if (arm_.solution_count() == 0) return;  // ComeBackOnEveryRow has them
   Joints lower_q{}, upper_q{};

@@ -24,8 +24,8 @@ using testing::HasSubstr;
 /// A SCARA with a gripper's fingers beyond its tip: turn, fixed, turn, slide down, turn.
 const std::string kScara = R"(<?xml version="1.0"?>
 <robot name="scara">
-  <link name="world"/><link name="base"/><link name="arm"/><link name="bracket"/><link name="fore"/><link name="quill"/>
-  <link name="flange"/><link name="tool"/><link name="finger"/>
+  <link name="world"/><link name="base"/><link name="arm"/><link name="bracket"/><link name="fore"/>
+  <link name="quill"/><link name="flange"/><link name="tool"/><link name="finger"/>
   <joint name="stand" type="fixed"><parent link="world"/><child link="base"/><origin xyz="0 0 9"/></joint>
   <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/>
     <origin xyz="0 0 0.3"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1" velocity="10"/></joint>
@@ -113,7 +113,7 @@ TEST(UrdfProfile, MayStandInAFileBesideIt) {
   std::filesystem::remove_all(folder);
 }
 
-/// What 'corbot up' keeps: restarted processes read the arm as it was at the start.
+/// 'corbot up' keeps a copy: restarted processes read the arm as it was at the start.
 TEST(UrdfProfile, IsCopiedWithItsFile) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("urdf_copy." + std::to_string(::getpid()));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What counts as pressed, when the servos have power, when the watchdog output toggles: pure, given the time.
+// Tests when a press counts, when the servos have power, and when the watchdog output toggles: pure, given
+// the time.
 #include "rt/inputs/stop_logic.h"
 
 #include <gtest/gtest.h>

@@ -192,7 +192,7 @@ TEST(PolarArm, KeepsTheHintsOfASingularWrist) {
   Joints hint = q;
   hint[3] = 0.5;
   const SolutionSet set = k.solutions(k.forward(q), hint, 1e-9);
-  // Of the four places of the arm two have a straight wrist, whose two ways to bend are one.
+  // The arm has four postures; two have a straight wrist, whose two ways to bend are one.
   EXPECT_EQ(set.count, 6u);
   bool found = false;
   for (const auto& [number, solution] : set) {

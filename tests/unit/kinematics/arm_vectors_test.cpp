@@ -242,7 +242,8 @@ struct Projected {
 };
 class Projections : public testing::TestWithParam<Projected> {};
 
-/// An orientation that the arm cannot take: the smallest error over all solutions is that of a numeric optimum.
+/// An orientation that the arm cannot take: the smallest error over all solutions is that of a numeric
+/// optimum.
 TEST_P(Projections, HaveTheSmallestError) {
   const Kinematics arm = Kinematics::recognise(joint_chain(arm_vectors(GetParam().arm).table));
   for (const CsvRow& row : read_csv(std::string(GetParam().arm) + "_projection.csv")) {

@@ -10,8 +10,8 @@
 #include "corbot/kinematics/path_form.h"
 #include "support/paths.h"
 
-// No kinematics allocates: this program brings its own malloc, which counts while armed. (Locks and system calls:
-// tests/unit/rt/noalloc_test.cpp.)
+// No kinematics allocates: this program brings its own malloc, which counts while armed. (Locks and system
+// calls: tests/unit/rt/noalloc_test.cpp.)
 
 #if CORBOT_SANITIZED
 

@@ -146,7 +146,8 @@ TEST_F(Arrivals, CountingTheStopsMayCloseADescriptor) {
   EXPECT_GE(another.server, 0);
 }
 
-/// Frozen twice, and what arrived in the first freeze is read after the second: it is from before the stop of the first.
+/// Frozen twice, and what arrived in the first freeze is read after the second: it is from before the stop of
+/// the first.
 TEST_F(Arrivals, WhatLayThereAtTwoFreezesKeepsTheOlderNumber) {
   const pid_t self = ::getpid();
   const int client = pair_.client;

@@ -120,14 +120,16 @@ TEST(Frames, ThatAreNoneAreRefusedByNameAndLimit) {
 
 TEST(Frames, AToolThatAnArmCannotTakeIsRefused) {
   const ArmModel lynx = lynx5();
-  // y of the flange is square to the plane of the arm but for the profile's quarter turn about x: the tool's x along it.
+  // y of the flange is square to the plane of the arm but for the profile's quarter turn about x: the tool's
+  // x along it.
   const Pose across{{}, tool_of(lynx).orientation * about({0.0, 0.0, 1.0}, deg(90))};
   const auto no_pitch = check_tool_frame(lynx.kinematics, across);
   ASSERT_TRUE(no_pitch);
   EXPECT_THAT(no_pitch->text, HasSubstr("no pitch"));
   EXPECT_FALSE(check_tool_frame(published_arm("puma560").kinematics, across));
 
-  // A polar arm's tool centre point on no lever still has its slide; a SCARA of two turns needs one beyond its elbow.
+  // A polar arm's tool centre point on no lever still has its slide; a SCARA of two turns needs one beyond
+  // its elbow.
   JointChain scara;
   scara.count = 3;
   scara.axes[1].point_m = {0.3, 0.0, 0.0};

@@ -110,7 +110,7 @@ DhTable any_table(std::mt19937_64& random) {
   return table;
 }
 
-/// Of random poses within reach 99.9 % are solved, the first solution within 5 ms of processor time.
+/// The inverse solves 99.9 % of random poses within reach, the first solution within 5 ms of processor time.
 void expect_nearly_all_solved(const std::function<JointChain(std::mt19937_64&, int)>& chain_of) {
   std::mt19937_64 random(test::seed());
   std::uniform_real_distribution<double> angle(-kPi, kPi);
@@ -189,7 +189,8 @@ TEST(NumericSearch, GivesTheSameSolutionsInTheSameOrderAgain) {
   }
 }
 
-/// The hint says at which turn a joint is shown, and is the first seed: neither makes another solution of a number.
+/// The hint says at which turn a joint is shown, and is the first seed: neither makes another solution of a
+/// number.
 TEST(NumericSearch, CountsSolutionsAlikeWhereverTheArmIs) {
   for (const char* name : {"xarm6", "puma560", "ur5e"}) {
     const NumericArm arm(name);

@@ -75,7 +75,8 @@ class PumaPoses : public testing::Test {
                     turn_about({1, -2, 0.5}, 0.7) * here_.orientation};
 };
 
-/// With the wrist's axes in line, a turn about another axis than the present one of joint 4 begins with a jump of that joint.
+/// With the wrist's axes in line, a turn about another axis than the present one of joint 4 begins with a
+/// jump of that joint.
 TEST_F(PumaPoses, NoJointJumpsWhereALineBeginsAtASingularity) {
   const PlanStart in_line{{0.1, 0.8, -2.6, 0.0, 0.0, 0.0}, 0.0};
   constexpr double kTick_s = 1e-3;
@@ -121,8 +122,8 @@ TEST_F(PumaPoses, TurnsInPlaceAreProvedAsOtherLinesAre) {
       "joint range");
 }
 
-/// Beyond a straight wrist the same solution has joints 3 and 5 half a turn further, so the line goes on by another one, whatever the
-/// range of joint 3.
+/// Beyond a straight wrist the same solution has joints 3 and 5 half a turn further, so the line goes on by
+/// another one, whatever the range of joint 3.
 TEST_F(PumaPoses, ALineLeadsThroughAStraightWrist) {
   const Pose over{{}, turn_about({0, 1, 0}, 2.0)};  // joint 4 from 0.9 to -1.1
   const PlanStart start{{0.1, 0.8, -2.6, 0.0, 0.9, 0.0}, 0.25};
@@ -322,7 +323,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Lesser{"cylindrical_rpp", {0.3, 0.2, 0.2, 0, 0, 0}, {0.01, 0.02, 0.03}}),
     [](const auto& arm) { return std::string(arm.param.name); });
 
-/// Hung from a ceiling, where an inclination that the arm counts upward is a pitch downward; and with a tool that is tilted in the hand.
+/// Hung from a ceiling, where an inclination that the arm counts upward is a pitch downward; and with a tool
+/// that is tilted in the hand.
 TEST(LynxPoses, AnOffsetKeepsThePitchOfAnArmThatHangs) {
   const ArmModel arm = test::wide_arm();
   PlanSettings settings;

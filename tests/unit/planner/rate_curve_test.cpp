@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virtual time: its rate keeps both inequalities at every instant, reaches what is wanted, and does not depend on the cycle's period.
+// Virtual time: its rate keeps both inequalities at every instant, reaches what is wanted, and does not
+// depend on the cycle's period.
 #include "corbot/motion/rate_curve.h"
 
 #include <gtest/gtest.h>

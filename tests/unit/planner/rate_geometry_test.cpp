@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The curve of joints and path parameter by its length: on the path, of unit speed, and as long as it is, also from and to a stretched arm.
+// The curve of joints and path parameter by its length: on the path, of unit speed, and as long as it is,
+// also from and to a stretched arm.
 #include "planner/rate/geometry.h"
 
 #include <gtest/gtest.h>
@@ -201,7 +202,8 @@ void expect_smooth(const Errors& e) {
   EXPECT_LT(e.length, 1e-4);
 }
 
-/// The Lynx 5 with its wrist at a distance from the base axis and at a height above the shoulder, and its tool pointing down.
+/// The Lynx 5 with its wrist at a distance from the base axis and at a height above the shoulder, and its
+/// tool pointing down.
 Joints pointing_down(double wrist_r_m, double wrist_z_m) {
   constexpr double kLink_m = 0.12, kShoulder_q = to_radians(10.0), kWrist_q = to_radians(-35.0);
   const double middle = std::atan2(wrist_z_m, wrist_r_m);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The quickest rate along a path: as quick as a law that is known to be, near its limits everywhere, and quick past an axis.
+// The quickest rate along a path: as quick as a law that is known to be, near its limits everywhere, and
+// quick past an axis.
 #include "planner/rate/optimum.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans at the limits: within the reserves, quick past an axis, in a given time, and at rest where there is nothing to travel.
+// Plans at the limits: within the reserves, quick past an axis, in a given time, and at rest where there is
+// nothing to travel.
 #include "planner/rate/rate_planner.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The proof of a rate along a path against differences of its set-points, taken closer together than anything that moves.
+// The proof of a rate along a path against differences of its set-points, taken closer together than anything
+// that moves.
 #include "planner/rate/proof.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +37,8 @@ State state_at(const RateLaw& law, const std::vector<Knot>& knots, double t_s, s
   return c.at((lambda_s - knots[cell].lambda_s) / c.length_s());
 }
 
-/// Greatest shares of the limits, by differences over a ten-thousandth of the whole: of joints, of the tool's travel and of its turn.
+/// Greatest shares of the limits, by differences over a ten-thousandth of the whole: of joints, of the tool's
+/// travel and of its turn.
 template <class Motion>
 Shares scanned(const ArmModel& arm, const Motion& motion, const RateLaw& law,
                const std::vector<Knot>& knots) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ranges of joints along a path, between knots and at them; and what the planner says of lines that leave them on the way.
+// Ranges of joints along a path, between knots and at them; and what the planner says of lines that leave
+// them on the way.
 #include "planner/rate/ranges.h"
 
 #include <gmock/gmock.h>

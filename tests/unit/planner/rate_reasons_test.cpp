@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reasons of planned motions: the tool's speed, a joint next to the base axis, the tool's turning, a joint motion's ruling joint.
+// Reasons of planned motions: the tool's speed, a joint next to the base axis, the tool's turning, a joint
+// motion's ruling joint.
 #include "planner/reasons.h"
 
 #include <gtest/gtest.h>

@@ -183,7 +183,8 @@ TEST(PlanRefusals, ArcsThatAreNone) {
                  "P1, P2 and P3 lie on a line");
   expect_refused(planner.move_c(kBent, {}, a, {0.205 + 1e-9, 0.01, 0.11}, b), Kind::kBadParameter, "P2",
                  "on a line");
-  // Of two commands neither is given when the second cannot be: P1 can be reached, the arc's far side cannot.
+  // The planner gives neither of two commands when the second is impossible: P1 is within reach, the arc's
+  // far side is not.
   expect_refused(planner.move_c(kBent, {}, {0.25, 0.1, 0.1}, {0.4, 0.0, 0.1}, {0.25, -0.1, 0.1}),
                  Kind::kUnreachable, "P", "too far");
 }

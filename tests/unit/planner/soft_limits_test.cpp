@@ -162,7 +162,8 @@ TEST(SoftLimits, LeaveAJointThatStandsHalfATurnOffWhereItIs) {
   EXPECT_EQ(is_planned(result), is_planned(planner.move_s(start, {}, here_m, 0.0)));
 }
 
-/// The real-time task does not know them: at which of its turns a joint is it decides by the range of the profile.
+/// The real-time task does not know them: at which of its turns a joint is it decides by the range of the
+/// profile.
 TEST(SoftLimits, APathIsPlannedAtTheTurnsAtWhichTheTaskWillRunIt) {
   ArmModel arm = test::wide_arm();
   arm.joints[0].lower_q = deg(-360);

@@ -117,7 +117,7 @@ TEST_F(AuditLogTest, WarnsOnceWhenEntriesCannotBeWritten) {
   EXPECT_NE(warnings[0].find("lynx5.audit is incomplete"), std::string::npos) << warnings[0];
 }
 
-/// A disk that stands still, and more calls meanwhile than are kept: a pipe that nobody reads for so long.
+/// A disk stalls while more calls come than the log keeps: a pipe without a reader plays the disk.
 TEST_F(AuditLogTest, WarnsOnceWhenEntriesWereDropped) {
   ASSERT_EQ(::mkfifo((directory_ / "lynx5.audit").c_str(), 0600), 0);
   const int pipe = ::open((directory_ / "lynx5.audit").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
@@ -195,7 +195,7 @@ TEST_F(AuditLogTest, KeepsEveryEntryWhereItCannotRotate) {
   EXPECT_NE(warnings[0].find("lynx5.audit cannot be rotated and grows: "), std::string::npos) << warnings[0];
 }
 
-/// What was written when the machine lost its power, or by a servant that was killed.
+/// A line is torn if the machine lost its power, or if the servant was killed, while it was written.
 TEST_F(AuditLogTest, MarksALineThatIsTorn) {
   { AuditLog(directory_, "lynx5", {}).record({"", "", "Stop()", 1, "ok"}); }
   std::ofstream(directory_ / "lynx5.audit", std::ios::app) << R"({"time":"2026-11-22T09:00)";
@@ -209,7 +209,8 @@ TEST_F(AuditLogTest, MarksALineThatIsTorn) {
   EXPECT_EQ(nlohmann::json::parse(read[3])["ticket"], 2);
 }
 
-/// What a full disk has taken of an entry is taken back, and the next is a line of its own.
+/// The log takes back the part of an entry that a full disk has accepted. The next entry is a line of its
+/// own.
 TEST_F(AuditLogTest, LeavesNoTornLineOnAFullDisk) {
   struct sigaction ignored {};
   struct sigaction before_signal {};

@@ -142,7 +142,8 @@ TEST_F(Cancel, AmongManyClientsEveryMotionEndsAsItsClientHears) {
     EXPECT_NE(alarm.code, static_cast<std::int32_t>(AlarmCode::kCommandRefused)) << alarm.text;
 }
 
-/// A line that was planned from the end of a motion that is taken back meanwhile would begin where the arm does not stand.
+/// A line that was planned from the end of a motion that is taken back meanwhile would begin where the arm
+/// does not stand.
 TEST_F(Cancel, WhileOthersPlan) {
   robot_->finish(try_accept(ReadyRequest{}).ticket);
   constexpr std::size_t kCancels = 100;

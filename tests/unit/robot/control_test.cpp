@@ -46,7 +46,8 @@ class ControlTest : public ::testing::Test {
     while (ends_ < times && Control::Clock::now() < deadline) std::this_thread::yield();
     return ends_ == times;
   }
-  /// Of the present holder, as if it had asked for the shortest lease, and that had run out long ago.
+  /// Returns the record of the present holder, as if its lease were the shortest one and had run out long
+  /// ago.
   ControlRecord record_of_a_lease_that_ran_out() {
     ControlRecord record{};
     EXPECT_EQ(kept_.load(record), DurableCell<ControlRecord>::Content::kRecord);
@@ -228,7 +229,8 @@ TEST_F(ControlTest, AReleaseWhoseStopFailedSaysSoAndHasEnded) {
   EXPECT_NO_THROW((void)control_.use(""));
 }
 
-/// The thread that ends it has to wake up first, on a machine that stood still long after the key is used again.
+/// The thread that ends it has to wake up first, on a machine that stood still long after the key is used
+/// again.
 TEST_F(ControlTest, ALeaseThatHasRunOutIsNotRenewed) {
   const std::string key = control_.acquire("cell", kLong_s, any_time);
   for (int round = 1; round <= 20; ++round) {

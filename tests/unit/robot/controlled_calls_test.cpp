@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exclusive control where the calls come in: what is refused, what is free, what becomes of the arm when control ends; and
-// what the audit log says of it.
+// Exclusive control where the calls come in: what is refused, what is free, what becomes of the arm when
+// control ends; and what the audit log says of it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ class ControlledCalls : public CalledRobot {
     return lines;
   }
   std::string text_of(const corbot_error& error) { return error.text; }
-  /// With the shortest lease, which the machine may stand still for between any two calls; what follows is tried until
-  /// it gets done within it. The key; empty: another try.
+  /// With the shortest lease, which the machine may stand still for between any two calls; what follows is
+  /// tried until it gets done within it. The key; empty: another try.
   std::string acquire_briefly() {
     char key[CORBOT_KEY] = "";
     const corbot_caller anyone = caller(public_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whoever sees Error finds its cause, however soon after it he asks.
+// A client that sees Error finds its cause, however soon after it the client looks.
 #include <fmt/format.h>
 
 #include "corbot/channel/alarms.h"

@@ -19,7 +19,7 @@
 
 namespace corbot::test {
 
-/// What a task in this process has of the channel. Each has an incarnation of its own.
+/// Holds the channel's part of a task in this process. Each has an incarnation of its own.
 struct TaskEnd {
   /// `former`: the segment of the servant that worked with the task before; may be empty.
   TaskEnd(const std::string& name, const ArmModel& arm, Descriptor former = Descriptor())
@@ -42,8 +42,8 @@ struct TaskEnd {
   ChannelServer server;  // its thread uses all of the above
 };
 
-/// A real-time task whose every answer the test gives. While it runs, its cycle number rises, and it works for the
-/// servant that connects.
+/// A real-time task whose every answer the test gives. While it runs, its cycle number rises, and it works
+/// for the servant that connects.
 class FakeTask {
  public:
   FakeTask(const std::string& name, const ArmModel& arm) : name_(name), arm_(arm) { adopt(); }
@@ -60,7 +60,7 @@ class FakeTask {
   }
   /// Listens, with an incarnation of its own; the cycle does not run yet.
   void adopt(Descriptor former = Descriptor()) { end_.emplace(name_, arm_, std::move(former)); }
-  /// What a supervisor keeps for the next task: the segment of the servant that is connected, or was.
+  /// Returns the segment that a supervisor keeps for the next task: of the servant that is connected, or was.
   Descriptor kept_servant() {
     const std::lock_guard lock(end_->mutex);
     return std::move(end_->kept);
@@ -123,7 +123,7 @@ class FakeTask {
   [[nodiscard]] Command next() { return take(); }
   [[nodiscard]] std::uint64_t epoch_of_next() { return take().epoch; }
   [[nodiscard]] TaskSegment& task() { return *end_->task; }
-  /// Of the Stops that the servant has requested.
+  /// Returns the number of Stops that the servant has requested.
   [[nodiscard]] std::uint64_t stop_count() const {
     const ServantSegment* const servant = servant_.load();
     return servant == nullptr ? 0 : servant->control.stop_count.load();

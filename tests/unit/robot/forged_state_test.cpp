@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random segments of a former servant: bytes that no servant writes. What is taken over is valid, whatever they are,
+// Tests random segments of a previous servant: bytes that no servant writes. All that is taken over is valid,
 // and one record's bytes cost no other record. CORBOT_SEED repeats a run.
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ class ForgedState : public ::testing::Test {
     return std::uniform_int_distribution<std::uint64_t>(0, end - 1)(random_);
   }
 
-  /// What a servant leaves that has worked for a while.
+  /// Writes the segment of a servant that has worked for a while.
   void fill() {
     Settings settings(former_->state.settings);
     settings.change([](PlanSettings& now) { now.speed_ratio = 0.5; });
@@ -104,7 +104,7 @@ class ForgedState : public ::testing::Test {
       last = ticket.last;
     }
   }
-  /// What a new servant does with it: everything that is pending ends, and the copy can be read again.
+  /// Uses the state as a new servant does: everything pending ends, and the copy is readable again.
   void use(const InheritedState& state) {
     auto own = std::make_unique<ServantSegment>();
     own->next_command_id = kNext;

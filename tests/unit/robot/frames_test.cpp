@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tool and base frame of a robot: what is read of it and moved with it, who may set them, and what is left of them.
+// Tool and base frame of a robot: what is read of it and moved with it, who may set them, and what is left of
+// them.
 #include <gmock/gmock.h>
 
 #include <cmath>

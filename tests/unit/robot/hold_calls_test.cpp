@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// StopAndHold where the calls come in: returns at rest, says who asked, outlives servant and task, ends with Clear.
+// StopAndHold where the calls come in: returns at rest, says who asked, outlives servant and task, ends with
+// Clear.
 #include <gtest/gtest.h>
 
 #include "robot/alarm_log.h"
@@ -123,7 +124,8 @@ TEST_F(TaskTest, AClearThatNobodyWaitedForIsSeen) {
   robot_.reset();
 }
 
-/// Its hold is counted before anybody looks who has asked for it: the alarm gets the name when the call has said it.
+/// Its hold is counted before anybody looks who has asked for it: the alarm gets the name when the call has
+/// said it.
 TEST_F(TaskTest, AHoldThatWasCountedOnArrivalHasItsNameInTheAlarm) {
   FakeTask task(name_, profile_.arm);
   task.run();

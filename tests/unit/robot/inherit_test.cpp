@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a servant leaves in its segment, and what the next one makes of it: also of bytes that no servant writes.
+// Tests the state that a servant leaves in its segment, and its use by the next servant: also of bytes that
+// no servant writes.
 #include <cmath>
 #include <limits>
 
@@ -260,7 +261,8 @@ TEST_F(Inherit, AMotionThatWasNeverHandedOverIsNoMotion) {
   EXPECT_FALSE(has_alarm(kAlarmFormerServantInvalid));
 }
 
-/// Nothing of it runs, waits, or has left a verdict: nobody waits for it for ever.
+/// The task has no motion of this number that runs, waits or has a verdict. A call that waits for the number
+/// must end.
 TEST_F(Inherit, AMotionThatTheTaskDoesNotKnowEndsAsFailed) {
   leave([&](ServantSegment& own) {
     own.state.tickets[0].store(pending(100));
@@ -271,7 +273,7 @@ TEST_F(Inherit, AMotionThatTheTaskDoesNotKnowEndsAsFailed) {
   EXPECT_EQ(try_accept(DwellRequest{1.0}).status, CORBOT_OK);
 }
 
-/// Not even one with such a number that is said to have ended: it holds up nobody.
+/// A ticket with an unknown number holds up no call, even if it is marked as ended.
 TEST_F(Inherit, ANumberThatTheTaskNeverHadHoldsUpNobody) {
   leave([&](ServantSegment& own) {
     TicketRecord record = pending(100);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Poses, offsets and the orientation that is set, as the adapters call them: a six-axis arm and the paper's, over the real cycle.
+// Poses, offsets and the orientation that is set, as the adapters call them: a six-axis arm and the paper's,
+// over the real cycle.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whoever reads a published pointer never finds what it names gone, and whoever replaces it does not wait for ever.
+// A reader of a published pointer never finds its object gone, and a writer that replaces the pointer does
+// not wait for ever.
 #include "robot/published.h"
 
 #include <gtest/gtest.h>

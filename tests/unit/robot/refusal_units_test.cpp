@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of every refusal of the planner reach the interface in the unit of its text, whatever its parameter is called.
+// The numbers of every refusal of the planner reach the interface in the unit of its text, whatever its
+// parameter is called.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -70,7 +71,7 @@ void expect_reply(const Row& row, const ArmModel& arm, const std::string& parame
   expect_shown(reply.upper, refusal.upper);
 }
 
-/// Each goes out as it is, and with a parameter that nobody knows: its words decide nothing.
+/// Each refusal goes out as it is, and with an unknown parameter: the parameter's name decides nothing.
 void expect_replies(const std::vector<Row>& rows, const ArmModel& arm) {
   for (const Row& row : rows) {
     expect_reply(row, arm, row.refusal.parameter);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Refused calls: an outcome that the interface has for their operation, and a text with value, limit and unit.
+// Refused calls: an outcome that the interface has for their operation, and a text with value, limit and
+// unit.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever happens to the real-time task, every accepted motion ends once, and its caller hears how.
+// Every accepted motion ends once, and its caller gets the outcome, whatever happens to the real-time task.
 #include "robot/task_fixture.h"
 
 namespace corbot::test::restart_test {
@@ -23,7 +23,7 @@ class Restart : public TaskTest {
   FakeTask task_{name_, profile_.arm};
 };
 
-/// What a task had done before it died counts, although nobody can ask it any more.
+/// The work that a task had done before it died counts, although no call can reach that task.
 TEST_F(Restart, AStopThatADeadTaskHadCarriedOutIsDone) {
   for (const bool is_done : {true, false}) {
     corbot_status status = CORBOT_INTERNAL;
@@ -102,7 +102,7 @@ TEST_F(Restart, SeveralRestartsAtOnceLeaveNothingPending) {
   for (const corbot_ticket ticket : tickets) EXPECT_EQ(end_of(ticket).state, CORBOT_MOTION_FAILED);
 }
 
-/// A number that was given away and never pushed ends nothing, and nobody waits for it.
+/// A number that was given away and never pushed ends nothing, and no call waits for it.
 TEST_F(Restart, AServantThatDiedBetweenTicketAndPushHoldsUpNobody) {
   robot_.reset();
   {

@@ -51,7 +51,7 @@ TEST(SelfCheck, ACallThatIsStuckIsNoAnswer) {
   EXPECT_TRUE(becomes(check, true));
 }
 
-/// A machine that stands still: nobody looks meanwhile.
+/// A time without a look, as on a stalled machine, does not count.
 TEST(SelfCheck, TimeInWhichNobodyLookedDoesNotCount) {
   std::atomic<bool> answers{true};
   SelfCheck check;

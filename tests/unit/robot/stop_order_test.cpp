@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has entered the robot before a Stop is stopped, and what starts a motion is bounded.
+// A Stop stops every call that has entered the robot before it, and the calls that start motions are bounded.
 #include "robot/task_fixture.h"
 
 namespace corbot::test::stop_order_test {

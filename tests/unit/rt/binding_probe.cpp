@@ -10,10 +10,10 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
-// Runs the cycle of the arm that is named through every kind of motion, a pause, an override, an emergency stop and a lost device between
-// two lines on standard error, among which the loader writes what it binds (LD_DEBUG=bindings). The motions are
-// planned in a child, so that here, as in corbot-rt, the cycle is the first to call what it needs from the
-// mathematical library.
+// Runs the cycle of the named arm through motions of every kind, a pause, an override, an emergency stop and
+// a lost device. It prints a line on standard error before and after, and the loader writes its bindings
+// between the two (LD_DEBUG=bindings). A child plans the motions. So the cycle is the first to call its
+// functions of the mathematical library, as in corbot-rt.
 
 namespace {
 

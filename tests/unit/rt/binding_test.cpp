@@ -22,7 +22,7 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// What the loader bound between the probe's two marks, a line each.
+/// Returns the bindings of the loader between the probe's two marks, a line each.
 std::vector<std::string> bound_in_the_cycle(const std::string& probe, const std::string& arm) {
   const RunResult result = run({probe, arm}, 60.0, {"LD_DEBUG=bindings"});
   EXPECT_EQ(result.code, 0) << "the probe's motions did not end";
@@ -52,7 +52,7 @@ TEST_P(Binding, LazyBindingWouldBeSeen) {
 INSTANTIATE_TEST_SUITE_P(Arms, Binding, ::testing::ValuesIn(kTestArms),
                          [](const auto& arm) { return std::string(arm.param); });
 
-/// Of a 64-bit ELF program.
+/// The protections of a 64-bit ELF program.
 struct Hardening {
   bool is_pie{false};
   bool binds_now{false};

@@ -72,7 +72,7 @@ TEST_F(CancelInCycle, WhatRunsSlowsDownOnItsPath) {
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
 }
 
-/// What no ramp can end sooner than its own end is stopped all the same: nothing must follow it.
+/// A motion is stopped even if no ramp can end sooner than the motion itself: nothing must follow it.
 TEST_F(CancelInCycle, AtTheVeryEndItIsStoppedAndNotDone) {
   for (const bool by_stop : {false, true}) {
     verdicts.clear();

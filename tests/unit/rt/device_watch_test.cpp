@@ -169,7 +169,8 @@ TEST_F(MovingJoints, LoseTheirEnergyAtOnceInCategory0) {
   EXPECT_TRUE(device.frame.power_off);
 }
 
-/// The usual order of a hurried hand: what ends the motion first, then the button, the joints still on their way.
+/// The usual order of a hurried hand: what ends the motion first, then the button, the joints still on their
+/// way.
 class EndedMotion : public MovingJoints {
  protected:
   enum class By { kStop, kCancel, kHold, kOrphan };
@@ -339,7 +340,7 @@ TEST(BeyondRange, OfAJointThatSlidesIsFiveMillimetresForADegree) {
   EXPECT_TRUE(rt::beyond_range(arm, {-0.006}, to_radians(1.0)));
 }
 
-/// A source is never seen without its count: nobody would latch it.
+/// A reader never sees a source without its count: no cycle would latch it.
 TEST(EmergencyStop, ASourceAndItsCountAreSeenTogether) {
   constexpr std::size_t kStops = 100'000;
   std::vector<EmergencyStop> stops(kStops);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The check of speed, acceleration and jerk at every set-point of a path: a plan passes, and a plan that was altered does not.
+// The check of speed, acceleration and jerk at every set-point of a path: a plan passes, and a plan that was
+// altered does not.
 #include <gtest/gtest.h>
 
 #include <algorithm>

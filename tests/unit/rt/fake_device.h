@@ -7,10 +7,11 @@
 
 namespace corbot::test {
 
-/// A device in a test's hands: what it says of itself is what the test has written, and what it was given last is kept.
+/// A device in a test's hands: what it says of itself is what the test has written, and what it was given
+/// last is kept.
 class FakeDevice final : public Backend {
  public:
-  /// Of a device with encoders: measures what it was given, but for `lag_q`.
+  /// Measures its own frame less `lag_q`, as a device with encoders does.
   void measure() {
     feedback = {
         .measured = true, .time_ns = frame.time_ns, .position_q = frame.position_q, .opening = opening};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fault does with the arm and with the servos' energy, by its cause; and what Clear gives back.
+// Tests what a fault does to the arm and to the servos' power, by its cause, and what Clear restores.
 #include "rt/cycle/fault_stop.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Set-points against what the device says: following errors, goals, the last set-point, a device that is too slow.
+// Set-points against what the device says: following errors, goals, the last set-point, a device that is too
+// slow.
 #include "rt/cycle/following_check.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// StopAndHold in the cycle: on the path, then nothing until a Clear, whoever asks and whoever dies.
+// StopAndHold in the cycle: a stop on the path, then no motion until a Clear, whichever process requests it
+// or dies.
 #include "rt/cycle/hold_latch.h"
 
 #include <gtest/gtest.h>
@@ -255,8 +256,8 @@ TEST_F(Hold, ARequestThatItsServantDidNotLiveToSeeAnsweredCounts) {
   EXPECT_EQ(rig.snapshot.holds_done, 1u);
 }
 
-/// Whatever is pushed, by whomever, in whatever order: from the request on no command begins, and from its rest on the
-/// arm stands still, until a Clear.
+/// Whatever is pushed, by whomever, in whatever order: from the request on no command begins, and from its
+/// rest on the arm stands still, until a Clear.
 TEST_F(Hold, NothingBeginsWhileHeld) {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -311,7 +312,7 @@ TEST_F(Hold, NothingBeginsWhileHeld) {
       ASSERT_TRUE(is_held());
       ASSERT_LE(rig.snapshot.command_id, last_begun) << "cycle " << i;
       if (at_rest) {
-        // What a device says in standby is followed, rounded as pulses are.
+        // The cycle follows the position that a device reports in standby, rounded as pulses are.
         for (std::size_t joint = 0; joint < rest.size(); ++joint)
           ASSERT_NEAR(rig.snapshot.position_q[joint], rest[joint], 1e-9) << "cycle " << i;
       }

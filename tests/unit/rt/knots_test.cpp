@@ -31,7 +31,7 @@ struct Knots : testing::Test {
   [[nodiscard]] PlanResult line(const Joints& from, const Vector3& by) const {
     return rig.planner.move_s({from, 0.0}, {}, tool_m(from) + by, 0.0);
   }
-  /// Of a plan of one command, as the servant would hand it over, and what may be forged of it.
+  /// A plan of one command as the servant would hand it over, with the parts that a test may forge.
   struct Handed {
     Command command;
     RateSlot* slot;

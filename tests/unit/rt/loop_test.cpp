@@ -29,14 +29,15 @@ extern "C" int clock_gettime(clockid_t clock, timespec* time) noexcept {
 namespace corbot::test::loop_test {
 namespace {
 
-/// What the rig steps comes before what the loop steps; a busy machine makes no fault of a gap.
+/// Puts the rig's steps before those of the loop. A gap that a busy machine makes is no fault.
 void follow_clock(Rig& rig) {
   rig.now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
   rig.settings.liveness.gap_fault_ns = 60'000'000'000;
   rig.restart();
 }
 
-/// Clocks of a thread that is preempted for `stalls_ns[n]` before the n-th reading; each reading takes 100 ns.
+/// Clocks of a thread that is preempted for `stalls_ns[n]` before the n-th reading; each reading takes 100
+/// ns.
 struct StalledClocks {
   static constexpr std::int64_t kOffset_ns = 1'700'000'000'000'000'000;
   std::vector<std::int64_t> stalls_ns;

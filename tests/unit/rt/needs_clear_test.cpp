@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every cause of Error: its end clears nothing, nothing is energised and nothing moves before a Clear, and nothing moves
-// by itself after it.
+// Every cause of Error: its end clears nothing, nothing is energised and nothing moves before a Clear, and
+// nothing moves by itself after it.
 #include <gtest/gtest.h>
 
 #include <functional>

@@ -25,9 +25,9 @@
 #include "rt/rig.h"
 #include "support/paths.h"
 
-// The cycle's promise, proved by interposition: this program brings its own malloc, operator new and mutex
-// functions, which count while armed, and runs the cycle in a child whose every system call but exit_group
-// and write is death.
+// Proves the cycle's promise by interposition. This program brings its own malloc, operator new and mutex
+// functions, which count while armed. It runs the cycle in a child, which dies of every system call but
+// exit_group and write.
 
 #if CORBOT_SANITIZED
 
@@ -137,7 +137,7 @@ int watched(const std::function<bool()>& work) {
   return status;
 }
 
-/// Of any arm: motions of every kind that it can do.
+/// Any arm, with motions of every kind that it can do.
 class OfEveryArm : public ::testing::TestWithParam<const char*> {
  protected:
   OfEveryArm() {

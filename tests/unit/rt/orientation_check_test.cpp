@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the gate takes of orientations along lines, of an arm that follows them and of one that follows an angle.
+// Tests which orientations along lines pass the gate, for an arm that follows them and for one that follows
+// an angle.
 #include <gtest/gtest.h>
 
 #include <numbers>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The arm's kinematics against the path, at every set-point: a plan agrees, and one with a knot that is altered by a hair does not.
+// The arm's kinematics against the path, at every set-point: a plan agrees, and one with a knot that is
+// altered by a hair does not.
 #include "rt/cycle/path_check.h"
 
 #include <gtest/gtest.h>
@@ -75,7 +76,8 @@ INSTANTIATE_TEST_SUITE_P(Arms, Agreement,
                                          "cartesian_ppp", "cylindrical_rpp", "polar_rrp", "xarm6"),
                          [](const auto& arm) { return std::string(arm.param); });
 
-/// The forward kinematics see nothing of joints that a family's inverse would never give; here a table of its own inverse that is off.
+/// The forward kinematics see nothing of joints that a family's inverse would never give; here a table of its
+/// own inverse that is off.
 TEST(PathCheck, ComparesTheInverseAwayFromSingularities) {
   const ArmModel arm = arm_of("puma560");
   const Joints q{0.3, -0.8, 0.4, 0.2, 0.3, 0.1};

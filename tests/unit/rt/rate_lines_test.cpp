@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines at all limits, from the planner to the set-points, for arms of every family: the end, a given time, refusals, and lines that are
-// hardly any.
+// Lines at all limits, from the planner to the set-points, for arms of every family: the end, a given time,
+// refusals, and lines that are hardly any.
 #include <gtest/gtest.h>
 
 #include <algorithm>

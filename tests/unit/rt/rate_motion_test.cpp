@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line, from the servant's segment to the set-points: all limits of every joint in every cycle, also while it is stopped,
-// paused, overridden and cancelled, and what the cycle makes of a forged one. The planner plans no such command yet.
+// Tests a line from the servant's segment to the set-points: all limits of every joint in every cycle. The
+// line is also stopped, paused, overridden, cancelled and forged. The planner plans no such command yet.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,7 +64,8 @@ struct RateMotion : testing::Test {
     }
     last_q_ = {q, last_q_[0], last_q_[1]};
   }
-  /// Until the command has its verdict. `at`: called in every cycle, with the number of those that have moved.
+  /// Until the command has its verdict. `at`: called in every cycle, with the number of those that have
+  /// moved.
   Verdict run(const std::function<void(int)>& at = {}) {
     int moved = 0;
     for (int cycle = 0; cycle < 20'000; ++cycle) {

@@ -34,7 +34,7 @@ class Rig {
     restart();
   }
 
-  /// What a new real-time task does with what the last one wrote; a stop that is pressed stays pressed.
+  /// Starts a new real-time task on the state of the previous one. A pressed stop stays pressed.
   void restart(const rt::CycleStart& start = {.position_known = true}) {
     const std::uint32_t pressed = emergency_stop ? emergency_stop->sources() : 0;
     emergency_stop = std::make_unique<EmergencyStop>();

@@ -40,7 +40,7 @@ class Servants : public ::testing::Test {
     return Verdict::kMalformed;
   }
 
-  /// Of the numbers up to `last` that have none yet, each once and in their order.
+  /// Returns the verdicts of the numbers up to `last` that have none yet, each once and in their order.
   std::vector<Verdict> verdicts(std::uint64_t last) {
     std::vector<Verdict> all;
     for (int i = 0; i < 100'000 && last_verdict < last; ++i) {

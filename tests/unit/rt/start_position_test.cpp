@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What corbot-rt takes for the arm's position, by rank of who says so.
+// Tests which source corbot-rt takes the arm's position from, by the rank of the sources.
 #include "rt/start_position.h"
 #include "config/load_profile.h"
 
@@ -33,7 +33,7 @@ class StartPositionTest : public ::testing::Test {
   }
   ~StartPositionTest() override { fs::remove_all(directory); }
 
-  /// What a task with the profile as it is now has published last.
+  /// Publishes the last state of a task with the profile as it is now.
   void publish(const Joints& at, double opening = 0.0) {
     Snapshot last{};
     last.position_q = at;
@@ -228,7 +228,8 @@ TEST_F(StartPositionTest, WhatAControllerWasCommandedIsTheFileUnrounded) {
   EXPECT_EQ(start.opening, 0.52);
 }
 
-/// A drive that carries a load stands a little behind its set-point: from there the arm would sink at every restart.
+/// A drive that carries a load stands a little behind its set-point: from there the arm would sink at every
+/// restart.
 TEST_F(StartPositionTest, TheSegmentKnowsBestWhileTheJointsAreWhereItSays) {
   save();
   const Joints left{0.5, 0.5, 0.5, 0.5};
@@ -247,7 +248,8 @@ TEST_F(StartPositionTest, TheSegmentKnowsBestWhileTheJointsAreWhereItSays) {
   }
 }
 
-/// Drives whose task was killed may have lost their energy, and the arm sagged or was turned: no start drives it back.
+/// Drives whose task was killed may have lost their energy, and the arm sagged or was turned: no start drives
+/// it back.
 TEST_F(StartPositionTest, JointsThatAreNotWhereTheLastTaskLeftThemStayWhereTheyAreMeasured) {
   save();
   publish({0.5, 0.5, 0.5, 0.5}, 0.25);

@@ -260,7 +260,7 @@ TEST_F(CorbotSim, LosesItsPowerAndGetsItBack) {
   expect_pulses("pulses");
   accepted("power on");
   host.send("#1P1600\rQP1\r");
-  // What was sent before may have been on its way still.
+  // Bytes that were sent before may still have been on their way.
   EXPECT_TRUE(wait_until(within(kPatience_s), [&] { return host.receive(1) == "\xA0"; }));
   accepted("brownout 50");
   expect_pulses("pulses");
@@ -372,7 +372,7 @@ TEST_F(CorbotSim, ReplacesALinkButNothingElse) {
   fs::create_symlink("/nowhere/at/all", link_);
   start({"ssc32"});
   EXPECT_TRUE(Host(link_).is_open());
-  // What another program has made its own stays.
+  // The simulator leaves a link alone that another program has made.
   fs::remove(link_);
   fs::create_symlink("/nowhere/at/all", link_);
   EXPECT_EQ(sim_->terminate(), 0);

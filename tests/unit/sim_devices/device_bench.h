@@ -28,7 +28,7 @@ class DeviceBench {
   }
   void send_bytes(std::span<const std::uint8_t> bytes, double at_ms) { device.receive(bytes, ns(at_ms)); }
 
-  /// What has left the device by then.
+  /// Returns the bytes that have left the device by then.
   std::string answers(double at_ms) {
     const std::vector<std::uint8_t> bytes = device.answers(ns(at_ms));
     return {bytes.begin(), bytes.end()};

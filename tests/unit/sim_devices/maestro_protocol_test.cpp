@@ -10,8 +10,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 std::string bytes(std::initializer_list<int> values) { return {values.begin(), values.end()}; }
 
-/// The maker's CRC-7 as computed on paper: bits from the lowest of the first byte on, seven zeros after
-/// them, divided by 10001001; the remainder is read with its first bit lowest.
+/// Computes the maker's CRC-7 as on paper. The bits run from the lowest of the first byte on, with seven
+/// zeros after them. They are divided by 10001001, and the remainder is read with its first bit lowest.
 std::uint8_t crc7(const Bytes& message) {
   std::vector<int> bits;
   for (const std::uint8_t byte : message) {

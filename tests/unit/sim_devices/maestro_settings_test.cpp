@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Maestro does by its settings: the detection of the baud, and its own time-out.
+// Tests how a Maestro's settings act: the detection of the baud, and its own time-out.
 #include <gtest/gtest.h>
 
 #include "sim_devices/device_bench.h"

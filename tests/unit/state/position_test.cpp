@@ -87,7 +87,7 @@ TEST_F(Position, SaysWhetherTheArmIsHeld) {
   EXPECT_THAT(refusal(changed("held = false", "")), HasSubstr("held is missing"));
 }
 
-/// Whoever asked for it may still stand at the arm, however its profile was changed meanwhile.
+/// The person who requested the hold may still stand at the arm, however its profile was changed meanwhile.
 TEST_F(Position, IsHeldWhereThePositionItselfIsRejected) {
   const auto held_in = [&](const std::string& text, const ArmModel& arm) {
     put(text);
@@ -168,7 +168,7 @@ TEST_F(Position, OfAnotherDeviceIsRejectedButItsHoldAndErrorStay) {
   EXPECT_THAT(refusal(changed("device = ", "# ")), HasSubstr("device is missing"));
 }
 
-/// Nobody knows whether the arm was in Error.
+/// No record shows whether the arm was in Error.
 TEST_F(Position, WhoseFileIsDamagedProvesNothing) {
   Snapshot snapshot{};
   snapshot.flags = kSnapshotHeld;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every test that starts a servant rests upon: a port that stays its own.
+// Tests a port that stays its own, which every test that starts a servant relies on.
 #include "support/ports.h"
 
 #include <gtest/gtest.h>
