@@ -9,7 +9,7 @@
 namespace corbot::soak {
 namespace {
 
-// What a call may take by its contract, while nothing is broken and the machine runs.
+// The longest times that a call may take by its contract, while nothing is broken and the machine runs.
 constexpr double kAtOnce_s = 0.5;       // also NotReady to whom waits for a task that is frozen or gone
 constexpr double kPlan_s = 2.0;         // until it is known where the arm will rest
 constexpr double kReportsRead_s = 1.0;  // after a Stop, of what it has ended
@@ -49,7 +49,7 @@ std::vector<Interval> excuses(const Evidence& evidence, const Call& call, bool b
     const std::vector<Interval> lost = lost_cycles(evidence, within);
     all.insert(all.end(), lost.begin(), lost.end());
   }
-  // What waits for its turn waits on while the arm is paused, whoever has paused it.
+  // A call that waits for its turn also waits while the arm is paused, whichever client has paused it.
   for (const Interval& pause : evidence.recording.paused()) {
     if (call.waits_for_motion() && overlap(pause, within)) all.push_back(pause);
   }

@@ -12,7 +12,7 @@ constexpr double kLargestRatio = 1.15;
 constexpr double kLeastShare = 0.8;
 constexpr const char* kLastRobot = "robot2";
 
-/// What both robots do from one change of the record to the next one.
+/// The activity of both robots from one change of the record to the next one.
 struct Stretch {
   double begin_s{};
   double end_s{};
@@ -60,7 +60,7 @@ double median_gap(const std::vector<double>& ends_s) {
   return *middle;
 }
 
-/// Of the motions that began while their robot was in the zone.
+/// Returns the planned time of the motions that began while their robot was in the zone.
 double planned_in(const Stretch& stretch, const PlannedMotions& motions) {
   double sum_s = 0;
   for (const auto& [robot, all] : motions) {

@@ -18,8 +18,8 @@ struct PlannedMotion {
 /// By robot.
 using PlannedMotions = std::map<std::string, std::vector<PlannedMotion>>;
 
-/// How fast robot2 ends pieces, and what both robots do meanwhile in the zone. A picture has no plan: its time is the
-/// record's in both sums.
+/// How fast robot2 ends pieces, and what both robots do meanwhile in the zone. A picture has no plan: its
+/// time is the record's in both sums.
 struct Pace {
   double seconds{};        ///< from the first piece in work to the last end
   double zone_share{};     ///< of the whole record from that piece on

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pace of a made record: robot2 ends a piece each 10 s, with a look of 1 s and motions of 6 s in the zone, and robot1
-// moves there for 2 s.
+// Tests the pace of a made record. Robot2 ends a piece each 10 s, with a look of 1 s and motions of 6 s in
+// the zone. Robot1 moves there for 2 s.
 #include "soak/cell_pace.h"
 
 #include <gmock/gmock.h>

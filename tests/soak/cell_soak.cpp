@@ -58,7 +58,7 @@ class CellRunOfSoak {
         run_(run),
         stage_(soak.programs, soak.pieces, static_cast<std::uint32_t>(soak.seed) + run, soak.planted) {}
 
-  /// What went wrong; empty: nothing.
+  /// Returns the fault that was found; empty: none.
   std::string go(int most_kills) {
     std::string wrong;
     while (kills_ < most_kills && wrong.empty() && !has_all_placed(stage_.status())) wrong = step();
@@ -78,7 +78,7 @@ class CellRunOfSoak {
   [[nodiscard]] bool has_all_placed(const std::string& status) const {
     return status.find(fmt::format("; {} pieces on pallet2\n", soak_.pieces)) != std::string::npos;
   }
-  /// What it decides depends on the seed, the world's number and its own number alone.
+  /// Breaks one thing. Its choices depend on the seed, the world's number and its own number alone.
   std::string step() {
     std::seed_seq seeds{static_cast<std::uint32_t>(soak_.seed), static_cast<std::uint32_t>(soak_.seed >> 32),
                         run_, ++steps_};
@@ -156,7 +156,7 @@ class CellRunOfSoak {
     return fmt::format("after {:.0f} s:\n{}", kWorksWithin_s, status);
   }
 
-  /// What the world has seen and no later step can mend; empty: nothing.
+  /// Returns the damage that the world has counted and no later step can undo; empty: none.
   std::string harm() {
     const std::string counts = stage_.tell_world("count");
     const bool is_well = counts.find(" fallen=0 touches=0 ") != std::string::npos;

@@ -17,9 +17,9 @@ struct CellSoak {
   std::filesystem::path results;  ///< each run adds its lines
 };
 
-/// Kills or freezes any process of a cell but its world, at random instants, one in five with a second. Each world must end
-/// with every piece on pallet2, and a person may be asked only where docs/cell.md says so. The exit code; with a planted
-/// fault 0 means that the soak has found the fault.
+/// Kills or freezes any process of a cell but its world, at random instants, one in five with a second. Each
+/// world must end with every piece on pallet2, and a person may be asked only where docs/cell.md says so. The
+/// exit code; with a planted fault 0 means that the soak has found the fault.
 int run_cells(const CellSoak& soak);
 
 }  // namespace corbot::soak

@@ -16,8 +16,8 @@ namespace corbot::soak {
 /// A simulated cell of its own, in a world that outlives its processes.
 class CellStage {
  public:
-  /// Starts both. `programs`: directory of corbot and its programs. `planted`: the fault of the coordinator; empty: none.
-  /// Throws std::runtime_error.
+  /// Starts both. `programs`: directory of corbot and its programs. `planted`: the fault of the coordinator;
+  /// empty: none. Throws std::runtime_error.
   CellStage(const std::filesystem::path& programs, int pieces, std::uint32_t seed,
             const std::string& planted = "");
   CellStage(const CellStage&) = delete;
@@ -33,7 +33,7 @@ class CellStage {
   /// 0: it does not run.
   [[nodiscard]] pid_t pid_of(const std::string& victim) const;
 
-  /// What `corbot cell status` prints; empty: no reply.
+  /// Returns the output of `corbot cell status`; empty: no reply.
   [[nodiscard]] std::string status() const;
   /// HOST:PORT/NAME.
   [[nodiscard]] std::string address(const std::string& robot) const;
@@ -43,9 +43,9 @@ class CellStage {
   std::string tell_world(const std::string& line);
   /// A person says that a place was emptied. False: it is refused now.
   [[nodiscard]] bool exchange(const std::string& place) const;
-  /// Of the cell's processes.
+  /// The directory of the cell's processes.
   [[nodiscard]] std::filesystem::path state_directory() const { return directory_ / "state"; }
-  /// Ends the cell, then the world. What the world counted; empty: it did not end as it should.
+  /// Ends the cell, then the world. Returns the world's counts; empty: it did not end as it should.
   [[nodiscard]] std::string end();
   /// From now on its directory stays, for a person who looks for the cause.
   std::filesystem::path keep();

@@ -8,11 +8,11 @@
 #include "soak/evidence.h"
 #include "soak/verdict.h"
 
-// What the judge looks at, one function a question. Each adds what it finds to the verdict.
+// The judge's checks, one function each. Each adds its findings to the verdict.
 
 namespace corbot::soak {
 
-/// Whose motion is which.
+/// Finds the call that a motion belongs to.
 class Owners {
  public:
   explicit Owners(const Evidence& evidence);
@@ -33,7 +33,7 @@ class Owners {
   const Evidence& evidence_;
   std::multimap<std::uint64_t, const Call*> by_number_;
   std::vector<const Call*> by_end_;     // a motion each
-  std::vector<const Call*> by_ticket_;  // likewise
+  std::vector<const Call*> by_ticket_;  // a motion each
 };
 
 [[nodiscard]] std::string describe(const Motion& motion);
@@ -43,24 +43,28 @@ class Owners {
 [[nodiscard]] bool is_line_to_arc(const Motion& motion, const Call& call);
 /// Does the motion end where this call wanted it to?
 [[nodiscard]] bool ends_as(const Motion& motion, const Call& call);
-/// "" or how the set-points leave what this call asked for: the straight line, the arc, the one joint, and each way only once.
+/// "" or how the set-points leave what this call asked for: the straight line, the arc, the one joint, and
+/// each way only once.
 [[nodiscard]] std::string path_fault(const Motion& motion, const Call& call);
 
-/// No motion without a caller, none twice, none that was refused; all of one whose caller was told that it is done.
+/// Checks that no motion is without a caller, runs twice or was refused, and that a motion reported as done
+/// is complete.
 void check_callers(const Evidence& evidence, const Owners& owners, Verdict& verdict);
-/// At every tick: joints' and tool's limits, and the path.
+/// Checks joints' and tool's limits, and the path, at every tick.
 void check_limits(const Evidence& evidence, const Owners& owners, Verdict& verdict);
-/// Every caller is answered within the bound of his call.
+/// Checks that every call ends within its bound.
 void check_answers(const Evidence& evidence, const Owners& owners, Verdict& verdict);
-/// Nothing moves after a stop that had reached the servant before it; nothing at all while the arm is held or paused.
+/// Checks that no motion runs if a stop had reached the servant before it, or while the arm is held or
+/// paused.
 void check_stops(const Evidence& evidence, const Owners& owners, Verdict& verdict);
-/// What was taken back does not move.
+/// Checks that no cancelled motion moves the arm.
 void check_cancels(const Evidence& evidence, const Owners& owners, Verdict& verdict);
-/// Nobody else moves the arm of a holder, and nothing of his moves when his lease has run out.
+/// Checks that only the holder of exclusive control moves the arm, and not after the lease has run out.
 void check_control(const Evidence& evidence, const Owners& owners, Verdict& verdict);
-/// While no cycle runs, or the arm is held, nobody is told that it is well; and cycles run again in time.
+/// Checks that no client gets a good state while no cycle runs or the arm is held, and that cycles run again
+/// in time.
 void check_states(const Evidence& evidence, Verdict& verdict);
-/// A person is needed only for what is documented.
+/// Checks that only documented causes need a person's Clear.
 void check_clears(const Evidence& evidence, Verdict& verdict);
 
 }  // namespace corbot::soak

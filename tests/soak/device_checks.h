@@ -8,7 +8,7 @@
 #include "soak/evidence.h"
 #include "soak/verdict.h"
 
-// What the judge of a run with devices looks at: the set-points, and what the devices themselves saw.
+// The judge's checks of a run with devices: of the set-points, and of the devices' own records.
 
 namespace corbot::soak {
 
@@ -32,12 +32,13 @@ struct DeviceEvidence {
 /// Which Clear ended this time in Error: null when none did, so far as is known.
 [[nodiscard]] const Clear* clear_of(const DeviceEvidence& evidence, const Episode& episode);
 
-/// Between a fault and a person's Clear nothing gets energy, nothing moves but the ramp of the stop, and drives are switched
-/// off in time where they can be reached; no Error ends by itself.
+/// Checks the time between a fault and a person's Clear. No servo gets power, and only the ramp of the stop
+/// moves the arm. Drives within reach are switched off in time. No Error ends by itself.
 void check_energy(const DeviceEvidence& evidence, Verdict& verdict);
-/// After a Clear nothing moves before the next motion, and the first one is slow where the position is unverified.
+/// After a Clear nothing moves before the next motion, and the first one is slow where the position is
+/// unverified.
 void check_return(const DeviceEvidence& evidence, Verdict& verdict);
-/// What a caller was told is done: the device was there, and had energy.
+/// Checks that the device was there and had power for each motion that its caller got as done.
 void check_success(const DeviceEvidence& evidence, Verdict& verdict);
 /// Joints' and tool's limits, also while a fault stops the arm: but for those in which no ramp is possible.
 void check_ramps(const DeviceEvidence& evidence, Verdict& verdict);

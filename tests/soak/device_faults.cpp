@@ -36,7 +36,7 @@ Trouble Troubles::told(DeviceFault fault, const std::string& on, const std::stri
   return trouble;
 }
 
-/// What befalls every serial controller.
+/// Draws one of the faults that any serial controller may have.
 Trouble Troubles::of_serial(std::vector<std::string> alarms) {
   switch (between(0, 4)) {
     case 0:
@@ -55,8 +55,8 @@ Trouble Troubles::of_serial(std::vector<std::string> alarms) {
   }
 }
 
-/// One kind of query is answered badly, the others as ever. No garbled positions: a controller that says with every
-/// answer that it sends another pulse cannot be told from one that does.
+/// The device answers one kind of query badly, the others as ever. It garbles no positions: corbot cannot
+/// tell such a controller from one that sends other pulses.
 Trouble Troubles::of_query(const std::vector<const char*>& queries, std::vector<std::string> alarms) {
   const std::string query =
       queries[static_cast<std::size_t>(between(0, static_cast<int>(queries.size()) - 1))];

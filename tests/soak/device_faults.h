@@ -18,7 +18,7 @@ struct Trouble {
   std::function<void()> begin{};
   std::function<void()> undo{};
   double lasts_s{};
-  bool is_emulator{};  ///< what the emulator is told meanwhile does not reach it
+  bool is_emulator{};  ///< commands to the emulator have no effect meanwhile
 };
 
 /// Draws at random what can befall a device of this kind, its wires and the robot's processes.

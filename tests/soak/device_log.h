@@ -11,14 +11,14 @@
 
 namespace corbot::soak {
 
-/// What an axis of a device did, from when on. Degrees of the joint; of a gripper tenths of its travel.
+/// The state of a device's axis from an instant on, in degrees of the joint, or tenths of a gripper's travel.
 struct AxisState {
   std::int64_t time_ns{};
   double target_deg{};  ///< what it was given last: the pulse that it sends, the drive's target
   double shaft_deg{};
   bool has_energy{};  ///< it sends pulses; the motor has current
-  bool
-      is_new_device{};  ///< another one, or the same after a loss of its supply: nothing is known of how it came here
+  /// Another device, or the same after a loss of its supply: its way to this state is unknown.
+  bool is_new_device{};
 };
 
 /// The record that corbot-sim writes, by joint: 0 to 3, and the gripper.
@@ -29,11 +29,12 @@ class DeviceLog {
 
   DeviceLog(Kind kind, const ArmModel& arm) : kind_(kind), arm_(arm) {}
 
-  /// Of drives the shafts are measured by corbot, too.
+  /// corbot measures the shafts of drives, too.
   [[nodiscard]] bool measures() const noexcept { return kind_ == Kind::kCounts; }
   /// One line of the record; what is no row is ignored.
   void read(const std::string& line);
-  /// The program has begun, or has been killed: no axis has energy, and the shafts are where a new one has them.
+  /// The program has begun, or has been killed: no axis has energy, and the shafts are where a new one has
+  /// them.
   void begin_life(std::int64_t time_ns);
   void end_life(std::int64_t time_ns);
 
@@ -54,7 +55,7 @@ class DeviceLog {
   std::array<std::vector<AxisState>, kAxes> states_;
 };
 
-/// What every cycle commanded, small enough to keep all of a run.
+/// One cycle's command, small enough to keep all of a run.
 struct Tick {
   std::int64_t time_ns{};
   std::array<float, 4> theta_deg{};

@@ -29,7 +29,8 @@ class DeviceRig {
   void freeze(bool is_frozen);
   /// One line of its standard input, see corbot-sim --help; not waited for.
   void command(const std::string& line);
-  /// Asks from time to time how late the emulator was: what it did not answer in time is no fault of the robot's.
+  /// Asks from time to time how late the emulator was: what it did not answer in time is no fault of the
+  /// robot's.
   void look();
   [[nodiscard]] const std::vector<Interval>& late() const noexcept { return late_; }
   /// Ends it, in order; its exit code.

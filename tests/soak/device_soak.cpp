@@ -45,14 +45,15 @@ class DeviceSoak {
     for (int i = 0; i < faults && back_;) i += step();
     return back_ && reaches_an_end();
   }
-  /// What is left behind, empty when nothing.
+  /// Ends the robot and the device. Returns a list of their remains; empty: none.
   std::string take_down() {
     stage_.go_on();
     std::string left = stage_.take_down();
     if (const int code = rig_.stop(); code != 0) left += fmt::format("corbot-sim ended with code {}\n", code);
     return left;
   }
-  /// Of the machine, and of the emulator alone where others had its processor.
+  /// Returns the stalls of the machine, and those of the emulator alone while other programs had its
+  /// processor.
   [[nodiscard]] std::vector<Interval> stalls() const {
     std::vector<Interval> all = watch_.stalls();
     all.insert(all.end(), rig_.late().begin(), rig_.late().end());
@@ -94,7 +95,7 @@ class DeviceSoak {
       sleep_ns(5'000'000);
     }
   }
-  /// What it decides depends on the seed and on its number alone.
+  /// Breaks one thing, or more at once. Its choices depend on the seed and on its number alone.
   int step() {
     std::seed_seq seeds{static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32),
                         static_cast<std::uint32_t>(++steps_)};
@@ -139,7 +140,7 @@ class DeviceSoak {
     std::fflush(stdout);
     idle(lasts_s);
     for (Trouble& trouble : all) {
-      // Of two nobody can say which one the robot sees first.
+      // If two things are broken, the one that the robot sees first is unknown.
       if (all.size() > 1) trouble.fault.name.clear();
       const bool is_disturbed = all.size() > 1;
       if (is_disturbed) trouble.fault.error_within_s = 0.0;
@@ -151,7 +152,7 @@ class DeviceSoak {
   }
   void return_to_work(const std::string& what, bool is_quiet) {
     const std::int64_t undone_ns = now_ns();
-    // What the machine gave to others counts for nobody.
+    // Time that the machine gave to other programs does not count.
     const auto took_s = [&] {
       const Interval time{undone_ns, now_ns()};
       return seconds(time.begin_ns, time.end_ns) - covered_s(watch_.stalls(), time);

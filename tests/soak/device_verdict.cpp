@@ -105,7 +105,7 @@ void check_shown(const DeviceEvidence& evidence, const DeviceFault& fault, Verdi
   const auto& ticks = evidence.track.ticks();
   const auto first = evidence.track.from(fault.begin_ns);
   std::int64_t due_ns = fault.begin_ns + nanoseconds(fault.error_within_s);
-  // What is on its way to being open has that time besides.
+  // A device that is about to open has that time besides.
   if (first != ticks.end() && !first->is_open && !first->is_error) due_ns += nanoseconds(kEnabling_s);
   due_ns += nanoseconds(covered_s(evidence.base.stalls, {fault.begin_ns, due_ns}));
   if (fault.end_ns < due_ns) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run with devices must notice, planted: made-up recordings, and made-up records of devices.
+// Plants the faults that a run with devices must find, in made-up recordings and made-up records of devices.
 #include <gmock/gmock.h>
 
 #include "soak/device_checks.h"
@@ -23,7 +23,7 @@ class DeviceJudge : public Judge {
     for (std::size_t axis = 0; axis < DeviceLog::kAxes; ++axis) device(axis, 0.0, 0.0);
     rest(3);
   }
-  /// Of drives, or of a controller that sends pulses.
+  /// Records a state both of drives and of a controller that sends pulses.
   void device(std::size_t axis, double target_deg, double shaft_deg, bool has_energy = true) {
     drives_.add(axis, {now_ns(), target_deg, shaft_deg, has_energy, false});
     pulses_.add(axis, {now_ns(), target_deg, shaft_deg, has_energy, false});
@@ -50,7 +50,7 @@ class DeviceJudge : public Judge {
     made.name = name;
     troubles_.push_back(made);
   }
-  /// A drive of the base that its caller is told to be done; the device goes as far as `share` of it.
+  /// Adds a Drive of the base that its caller gets as done. The device goes as far as `share` of it.
   void drive(std::uint64_t id, std::int64_t mark, double share = 1.0) {
     const double from_deg = base_deg_;
     const int number = begin("Drive", mark);
@@ -61,7 +61,7 @@ class DeviceJudge : public Judge {
     end(number, "ok");
     rest(200);
   }
-  /// Of an arm with encoders, or of one without.
+  /// Returns the faults found on an arm with encoders, or on one without.
   [[nodiscard]] std::vector<std::string> found(bool measures = true) const {
     const Evidence base{profile_, ledger_, recording_, {}, stalls_, clears_, restarts_};
     return judge_devices({base, measures ? drives_ : pulses_, track_, troubles_, 1.0, {1.0, 1.0, 1.0, 1.0}})

@@ -7,7 +7,8 @@
 namespace corbot::soak {
 namespace {
 
-/// The servant says within this that the task is frozen (`[loop] frozen_ms`, and half a second for the calls).
+/// The servant says within this that the task is frozen (`[loop] frozen_ms`, and half a second for the
+/// calls).
 constexpr std::int64_t kNoticed_ns = 500'000'000;
 
 }  // namespace

@@ -18,7 +18,7 @@ struct Break : Interval {
   int client{};      ///< which one, where it was one of them
 };
 
-/// A Clear that a person would have had to give. Of one that was refused the robot may have carried out a part.
+/// A Clear that a person would have had to give. The robot may have carried out a part of a refused one.
 struct Clear : Interval {
   std::string cause;  ///< the active alarms that do not pass by themselves, one a line
   bool done{true};
@@ -40,8 +40,8 @@ struct Evidence {
   std::vector<Clear> clears{};
   std::vector<Restart> restarts{};
 
-  /// One of these words was in what was broken, in this time or within two seconds before, or the machine stood still. Of
-  /// clients only this one counts.
+  /// Returns true if a break with one of these words was in this time or in the two seconds before, or if the
+  /// machine stalled. Among breaks of clients only those of `client` count.
   [[nodiscard]] bool is_disturbed(const Interval& time, std::initializer_list<const char*> words,
                                   int client = 0) const;
 };
@@ -58,11 +58,12 @@ struct Evidence {
 /// How much of `within` these intervals cover, each instant once.
 [[nodiscard]] double covered_s(std::vector<Interval> intervals, const Interval& within);
 
-/// In which the loop stood still, as far as nobody else is told: gaps that are no fault, and of longer ones the time until
-/// the servant's answers say that the task is frozen or gone.
+/// Returns the stalls of the loop without another report: gaps that are no fault, and the first part of
+/// longer gaps. A longer gap counts until the servant's answers say that the task is frozen or gone.
 [[nodiscard]] std::vector<Interval> lost_cycles(const Evidence& evidence, const Interval& within);
 
-/// When the robot's processes were all killed, and what they kept in memory was lost: the first time after that instant.
+/// When the robot's processes were all killed, and what they kept in memory was lost: the first time after
+/// that instant.
 [[nodiscard]] std::int64_t next_death_ns(const Evidence& evidence, std::int64_t after_ns);
 
 }  // namespace corbot::soak

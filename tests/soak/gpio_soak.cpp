@@ -22,7 +22,8 @@ namespace {
 constexpr double kRamp_s = 1.0;
 constexpr double kLineBack_s = 20.0;
 
-/// The cycle, stepped by a thread of its own as the loop does it, over the simulator; it always has a motion to run.
+/// The cycle, stepped by a thread of its own as the loop does it, over the simulator; it always has a motion
+/// to run.
 class RunningCycle {
  public:
   explicit RunningCycle(std::uint64_t seed) : random_(seed) { rig_.step(); }

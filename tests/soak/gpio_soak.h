@@ -9,7 +9,7 @@
 
 namespace corbot::soak {
 
-/// What the switch of the servos' power and the cycle did, with the instants of what was done to them.
+/// The actions of the servos' power switch, and the instants of the disturbances.
 struct GpioEvents {
   struct Power {
     std::int64_t time_ns{};
@@ -26,8 +26,9 @@ struct GpioEvents {
 /// The power goes within ramp_s of a stop, and comes back only after a Clear that follows it.
 [[nodiscard]] std::vector<std::string> judge_power(const GpioEvents& events, double ramp_s);
 
-/// Presses, taps, chips that vanish, switches that fail and frozen cycles at random, on the lines in the hands of a test
-/// (fake_gpio.h), with the cycle and the thread that watches the lines as corbot-rt has them. True when nothing was wrong.
+/// Runs presses, taps, vanishing chips, failing switches and frozen cycles at random on simulated lines
+/// (fake_gpio.h). The cycle and the thread that watches the lines are those of corbot-rt. Returns true if
+/// nothing was wrong.
 bool run_gpio(int faults, std::uint64_t seed, bool verbose);
 
 }  // namespace corbot::soak

@@ -15,7 +15,7 @@
 
 namespace corbot::soak {
 
-/// What the soak must notice is planted by this: made-up recordings and made-up reports of clients.
+/// Plants the faults that the soak must find: made-up recordings and made-up reports of clients.
 class Judge : public ::testing::Test {
  protected:
   static constexpr std::int64_t kCycle_ns = 1'000'000;
@@ -67,7 +67,8 @@ class Judge : public ::testing::Test {
       z_m_ = 0.1 + 4.0 * off_m * s * (1.0 - s);
     });
   }
-  /// Half a circle of 25 mm about (0.3, 0.0, 0.1), from y = -25 mm over x = 325 mm to y = 25 mm and what the mark adds.
+  /// Half a circle of 25 mm about (0.3, 0.0, 0.1), from y = -25 mm over x = 325 mm to y = 25 mm and what the
+  /// mark adds.
   void arc(std::uint64_t id, std::int64_t mark, int cycles, double off_m = 0.0) {
     run(id, cycles, [&](double s) {
       const double angle = M_PI * (s - 0.5);

@@ -9,18 +9,19 @@
 
 namespace corbot::soak {
 
-// A file with all that the judge reads, so that a run can be judged again. A line each, by its first word:
-//   0 ROW                    what `corbot record` printed
-//   N REPORT                 what client N printed
-//   c REPORT                 of a call that the soak made by a command
-//   ! KIND BEGIN END ...     what was broken, stalls, clears, announced restarts: at the end of the file
-//   # TEXT                   for a reader
+// A file with all that the judge reads, so that a run can be judged again. The first word of a line tells its
+// kind:
+// `0 ROW`: a row of `corbot record`;
+// `N REPORT`: a line that client N printed;
+// `c REPORT`: a call that the soak made by a command;
+// `! KIND BEGIN END ...`: breaks, stalls, clears and announced restarts, at the end of the file;
+// `# TEXT`: a remark for a reader.
 
 using WriteLine = std::function<void(const std::string& line)>;
 
 void write_circumstances(const Evidence& evidence, const WriteLine& write);
 
-/// What such a file holds.
+/// The contents of such a file.
 struct Kept {
   explicit Kept(const Profile& profile) : recording(profile) {}
   void read(std::istream& stream);

@@ -44,21 +44,21 @@ struct Call {
     return operation == "Stop" || operation == "StopAndHold" || operation == "Release" ||
            operation == kLocalStop;
   }
-  /// Of the calls that only the holder of exclusive control may make.
+  /// Returns true for calls that only the holder of exclusive control may make.
   [[nodiscard]] bool needs_control() const noexcept {
     return moves() || operation == "Pause" || operation == "Resume" || operation == "Cancel" ||
            operation == "Renew" || operation == "Release";
   }
 };
 
-/// What all clients called and were answered.
+/// The calls of all clients and their outcomes.
 class Ledger {
  public:
   /// One line of a client. Lines that are no report of a call are ignored.
   void read(int client, const std::string& line);
 
   [[nodiscard]] const std::vector<Call>& calls() const noexcept { return calls_; }
-  /// The newest call with this signature that moves something and had begun by then; null when nobody made one. In a
+  /// Returns the newest motion call with this signature that had begun by then; null when there is none. In a
   /// long run signatures come round again.
   [[nodiscard]] const Call* with_signature(std::int64_t signature, std::int64_t by_ns) const;
   /// Has this client a call without an answer? Since when, CLOCK_MONOTONIC.

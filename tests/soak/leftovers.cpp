@@ -19,11 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A client that is killed and a `corbot status` that ends leave connections for a while: the servant finds them closed
-/// within a second, and silent ones within ten. An idle thread of an ORB ends after as long.
+/// A client that is killed and a `corbot status` that ends leave connections for a while: the servant finds
+/// them closed within a second, and silent ones within ten. An idle thread of an ORB ends after as long.
 constexpr double kSettled_s = 20.0;
-/// The clients are others than at the first time, with one connection more or less each, and the store of the supervisor
-/// holds one segment or two of a task that was restarted.
+/// The growth that is allowed. The clients are other ones than at the first count, each with one connection
+/// more or less. The supervisor's store holds one or two segments of a restarted task.
 constexpr int kTolerance = 5;
 
 std::string text_of(const fs::path& path) {
@@ -123,7 +123,7 @@ std::string RestCheck::summary() const {
 
 std::string leftovers(const std::string& robot, const std::string& scratch, int port) {
   std::string processes;
-  // What the kernel signals when a supervisor dies takes a moment.
+  // The kernel's signals at a supervisor's death take a moment.
   (void)test::wait_until(test::within(kSettled_s), [&] {
     return (processes = processes_with("XDG_RUNTIME_DIR=" + scratch + std::string(1, '\0'))).empty();
   });

@@ -13,10 +13,10 @@ namespace {
 
 using Point = std::array<double, 3>;
 
-/// The planner takes a path whose first point misses the arm's joints by half a microradian; the rest is the inverse's rounding
-/// next to a stretched arm. See the property tests.
+/// The planner takes a path whose first point misses the arm's joints by half a microradian; the rest is the
+/// inverse's rounding next to a stretched arm. See the property tests.
 constexpr double kOnPath_m = 1e-6;
-/// Nobody runs a path backwards; by rounding only.
+/// No motion runs its path backwards, except by rounding.
 constexpr double kBackwards_m = 1e-8;
 constexpr double kBackwards_deg = 4.0 * kAngleDigit_deg;
 constexpr double kNear_deg = 0.2 * kStep_deg;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// This coordinator has a fault in it, which the soak of the cell must find. The variable CORBOT_PLANTED names the fault.
+// This coordinator has a fault in it, which the soak of the cell must find. The variable CORBOT_PLANTED names
+// the fault.
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -15,7 +16,8 @@
 namespace corbot::cell {
 namespace {
 
-/// One robot's ports. Each call passes to the ports of the plain coordinator, except where a fault overrides it.
+/// One robot's ports. Each call passes to the ports of the plain coordinator, except where a fault overrides
+/// it.
 class Ports : public RobotPort, public CameraPort, public StorePort {
  public:
   Ports(const CellRobot& robot, WorkerPorts to) : robot_(robot), to_(to) {}

@@ -121,8 +121,8 @@ void Recording::note_pause(const Cycle& row) {
   paused_.back().end_ns = row.time_ns;
 }
 
-/// The new set-point against those before it, for the motion that it belongs to: with the first cycles after its end, in
-/// which the arm has to have come to rest.
+/// Measures the new set-point against those before it, for its motion. The first cycles after a motion's end
+/// belong to it: the arm must have come to rest in them.
 void Recording::measure(const Cycle& row) {
   constexpr int kTicksOfRest = 3;
   const bool is_adjacent = have_last_ && row.cycle == last_.cycle + 1;
@@ -139,7 +139,8 @@ void Recording::measure(const Cycle& row) {
     ticks_.rest(last_.theta_deg, last_.tcp_m);
   }
   if (is_adjacent && row.command == 0 && last_.command != 0) ticks_of_rest_ = kTicksOfRest;
-  // Where servos without energy are is no set-point of the motion that has ended: it rests where it was held last.
+  // Where servos without energy are is no set-point of the motion that has ended: it rests where it was held
+  // last.
   const bool is_led = row.follows_device() && ticks_of_rest_ > 0;
   if (!is_led) held_ = row;
   ticks_.add(held_.theta_deg, held_.tcp_m);

@@ -57,15 +57,15 @@ struct Silence : Interval {
   bool is_new_life{};  ///< another supervisor's robot came after it
 };
 
-/// Reads what `corbot record` prints, checks every set-point against the limits of the arm, and cuts the recording into
-/// motions.
+/// Reads what `corbot record` prints, checks every set-point against the limits of the arm, and cuts the
+/// recording into motions.
 class Recording {
  public:
   explicit Recording(const Profile& profile) : arm_(profile.arm), ticks_(profile.arm) {}
 
   /// Called with every cycle, in their order.
   void tell(std::function<void(const Cycle&)> observer) { observer_ = std::move(observer); }
-  /// One line of the recording. A header begins anew: another recorder, after cycles that nobody saw.
+  /// Reads one line of the recording. A header begins anew: another recorder, after cycles without a record.
   void read(const std::string& line);
 
   [[nodiscard]] const std::vector<Motion>& motions() const noexcept { return motions_; }
@@ -79,7 +79,7 @@ class Recording {
   [[nodiscard]] const std::vector<std::string>& faults() const noexcept { return faults_; }
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
   [[nodiscard]] std::uint64_t gaps() const noexcept { return gaps_; }
-  /// Of the newest cycle.
+  /// The state of the newest cycle.
   [[nodiscard]] bool is_paused() const noexcept { return have_last_ && last_.state == "paused"; }
   [[nodiscard]] bool is_in_error() const noexcept { return have_last_ && last_.state == "error"; }
   [[nodiscard]] std::int64_t last_ns() const noexcept { return last_ns_; }

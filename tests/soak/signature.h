@@ -6,8 +6,9 @@
 
 namespace corbot::soak {
 
-/// A number that one call alone has, hidden in the last digits of where its motion goes: so the recorded set-points say
-/// which call a motion belongs to, whether or not its caller was given a ticket, and a motion carried out twice shows.
+/// A number that belongs to one call alone, hidden in the last digits of its motion's goal. The recorded
+/// set-points thus tell a motion's call, whether or not its caller got a ticket. A motion that runs twice
+/// shows, too.
 inline constexpr std::int64_t kCallsPerClient = 400;
 inline constexpr std::int64_t kSignatures = 400'000;
 

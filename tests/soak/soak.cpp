@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Breaks a robot under `corbot up` at random, again and again, while clients move it: kill, freeze and thaw of client,
-// servant, real-time task and supervisor, cut and half-open connections, floods, alone and in pairs. Every set-point is
-// recorded and judged afterwards (verdict.h). The seed repeats all decisions of this program and of its clients, not the
-// instants of the threads.
+// Breaks a robot under `corbot up` at random, again and again, while clients move it. It kills, freezes and
+// thaws client, servant, real-time task and supervisor, cuts connections or leaves them half open, and
+// floods. Faults come alone and in pairs. It records every set-point and judges them afterwards (verdict.h).
+// The seed repeats all decisions of this program and of its clients, not the instants of the threads.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <signal.h>
@@ -63,7 +63,8 @@ class Soak {
   static constexpr int kFaultsBetweenLooks = 100;
   static constexpr int kStepsBetweenGlances = 4;
 
-  /// One thing broken, or two at once, and mended; how many. What it decides depends on the seed and on its number alone.
+  /// Breaks one thing, or two at once, and undoes it. Returns how many. Its choices depend on the seed and on
+  /// its number alone.
   int step() {
     std::seed_seq seeds{static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32),
                         static_cast<std::uint32_t>(++steps_)};
@@ -100,7 +101,8 @@ class Soak {
     return breaks;
   }
 
-  /// What holds while clients go on: tickets are known, and no connection of theirs is task's or supervisor's.
+  /// Checks what holds while clients go on: the robot knows all tickets, and no connection of clients is the
+  /// task's or the supervisor's.
   void glance() {
     std::string found;
     for (const std::string& ticket : stage_.wrong_tickets(false)) found += ticket + "\n";

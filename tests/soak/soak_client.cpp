@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// soak_client REFERENCE NUMBER SEED: calls the robot at random for ever and prints two lines a call, so that a client
-// that is killed leaves what it had begun:
-//   begin CALL TIME_NS OPERATION SIGNATURE KEY [WHERE...]
-//   end CALL TIME_NS OUTCOME TICKET [REASON]
-// TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of where the motion goes (see signature.h); of a
-// Wait or Cancel the ticket; 0 where nothing moves. KEY is the CALL of the Acquire whose reference was used, 0: the public
-// one. WHERE is joint and degrees of a Drive, all angles, the points of a line or an arc, the lease, or the time to wait.
-// OUTCOME is 'ok', the state that Status returned, or the name of an exception; TICKET 0 where there is none.
-// soak_client REFERENCE NUMBER watch: reads Status only.
-// soak_client REFERENCE tickets N...: prints 'ticket N STATE' for each, and ends.
-// soak_client REFERENCE motions: prints 'motion BEGIN_S DURATION_S' for each motion once it has begun; BEGIN_S is of the Unix
-// epoch and late by one look at most, DURATION_S is planned.
+// Calls the robot at random for ever, or reads from it:
+// `soak_client REFERENCE NUMBER SEED` calls at random and prints two lines a call, so that a killed client
+// leaves the call that it had begun.
+// `soak_client REFERENCE NUMBER watch` reads Status only.
+// `soak_client REFERENCE tickets N...` prints 'ticket N STATE' for each, and ends.
+// `soak_client REFERENCE motions` prints 'motion BEGIN_S DURATION_S' for each motion once it has begun.
+// BEGIN_S is of the Unix epoch and late by one look at most, DURATION_S is planned. The two lines of a call:
+// `begin CALL TIME_NS OPERATION SIGNATURE KEY [WHERE...]`
+// `end CALL TIME_NS OUTCOME TICKET [REASON]`
+// TIME_NS is CLOCK_MONOTONIC. SIGNATURE is unique to the call and is part of the motion's goal (see
+// signature.h). For a Wait or Cancel it is the ticket, for a call without a motion 0. KEY is the CALL of the
+// Acquire whose reference was used, 0: the public one. WHERE is joint and degrees of a Drive, all angles, the
+// points of a line or an arc, the lease, or the time to wait. OUTCOME is 'ok', the state that Status
+// returned, or the name of an exception. TICKET is 0 if there is none.
 #include <time.h>
 
 #include <algorithm>
@@ -232,7 +234,7 @@ class Caller {
     }
   }
 
-  /// Whoever pauses the arm resumes it, unless he is killed meanwhile.
+  /// Pauses the arm for a while. The client resumes it, unless it is killed meanwhile.
   void hold_still() {
     call("Pause", 0, [&](std::uint64_t&) { arm_->Pause(); });
     sleep(between(0, 4) < 2 ? 0.001 * between(2200, 3000) : 0.001 * between(50, 500));

@@ -272,8 +272,8 @@ bool Stage::recover() {
 }
 
 bool Stage::quiesce() {
-  // A client that is frozen between two calls begins no other; one whose call is under way is let go on until it ends.
-  // Held, or paused by a client that was killed since, nothing would.
+  // A client that is frozen between two calls begins no other; one whose call is under way is let go on until
+  // it ends. Held, or paused by a client that was killed since, nothing would.
   constexpr std::int64_t kHelp_ns = 1'000'000'000;
   const auto deadline = within(kMinute_s);
   std::int64_t helped_ns = now_ns();
@@ -292,7 +292,8 @@ bool Stage::quiesce() {
     quiet = waiting ? 0 : quiet + 1;
     if (waiting && now_ns() - helped_ns > kHelp_ns) {
       if (recording_.is_in_error()) (void)recover();
-      // Whoever has control of a paused arm and waits for a motion keeps others from resuming it, not from a stop.
+      // A client with control of a paused arm that waits for a motion keeps others from resuming it, not from
+      // a stop.
       if (!resume()) stop_by_command();
       helped_ns = now_ns();
     }

@@ -37,36 +37,39 @@ class Stage {
   Stage(StageOptions options, const Profile& profile, std::uint64_t seed);
   ~Stage();
 
-  /// Starts what is not running: supervisor, recorder, clients. Throws std::runtime_error when that takes too long.
+  /// Starts what is not running: supervisor, recorder, clients. Throws std::runtime_error when that takes too
+  /// long.
   void mend();
   /// Reads what recorder and clients have printed.
   void observe();
-  /// Waits, observing, until the robot serves; clears an Error that does not pass by itself, which is counted with its
-  /// cause. False after a minute.
+  /// Waits, observing, until the robot serves; clears an Error that does not pass by itself, which is counted
+  /// with its cause. False after a minute.
   bool recover();
-  /// Ends the clients' calls: none begins anew; waits until each has its answer, and resumes and clears where nothing else
-  /// would. False after a minute.
+  /// Ends the clients' calls: none begins anew; waits until each has its answer, and resumes and clears where
+  /// nothing else would. False after a minute.
   bool quiesce();
-  /// Nobody calls from now on.
+  /// Keeps all clients from calling, from now on.
   void hold_clients();
   /// Afterwards they go on.
   void go_on();
-  /// What these processes hold that they did not hold in the beginning; "" when nothing. Of the servant it can be told while
-  /// the clients rest.
+  /// Returns the resources that these processes hold beyond those of the beginning; "" if there are none. The
+  /// servant's can be counted only while the clients rest.
   std::string check_rest(const std::vector<std::string>& names);
   [[nodiscard]] std::string rest_summary() const { return rest_.summary(); }
-  /// Tickets of accepted motions, of this supervisor's robot, that it does not know, though they are of the last thousand;
-  /// and, `ended`, those that have not ended although the robot is at rest. Empty when there are none.
+  /// Returns tickets of accepted motions, of this supervisor's robot, that the robot does not know, though
+  /// they are of the last thousand. With `ended`, it adds tickets that have not ended although the robot is
+  /// at rest. Empty: none.
   std::vector<std::string> wrong_tickets(bool ended);
   /// A line for the file that is kept, see kept.h.
   void keep(const std::string& line);
   /// `corbot drive`: a joint by about a degree, signed as a client's motions are. True when it is done.
   bool drive_by_command(int joint, bool up);
-  /// `corbot resume`, as a person does where whoever has paused the arm was refused his Resume. True when it is done.
+  /// Calls `corbot resume`, as a person does if the client that has paused the arm got its Resume refused.
+  /// Returns true when it is done.
   bool resume();
   /// `corbot stop`, not waited for.
   void stop_by_command();
-  /// Ends the robot in order. What is left behind, empty when nothing.
+  /// Ends the robot in order. Returns a list of its remains; empty: none.
   std::string take_down();
 
   /// 0 where there is none.
@@ -80,7 +83,8 @@ class Stage {
   [[nodiscard]] int port() const noexcept { return port_; }
   void add_client();
   void drop_last_client();
-  /// The supervisor was killed, or is to be taken for dead: its robot, the recorder and the clients end with it.
+  /// The supervisor was killed, or is to be taken for dead: its robot, the recorder and the clients end with
+  /// it.
   void abandon();
 
   [[nodiscard]] const Ledger& ledger() const noexcept { return ledger_; }

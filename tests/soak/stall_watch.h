@@ -26,8 +26,9 @@ inline void sleep_ns(std::int64_t ns) {
   ::nanosleep(&time, nullptr);
 }
 
-/// Notices when the machine stands still, or gives one of its processors to nobody of us: a thread on each that sleeps 10
-/// ms at a time. A real-time thread that spins takes one from all others for as long.
+/// Notices when the machine stalls, or gives one of its processors to other programs. A thread on each
+/// processor sleeps 10 ms at a time. A real-time thread that spins takes a processor from all others for as
+/// long.
 class StallWatch {
  public:
   StallWatch() {

@@ -10,8 +10,9 @@ namespace corbot::soak {
 namespace {
 
 constexpr std::int64_t kStateNoticed_ns = 500'000'000;  // of a task that stands still
-/// A task that was killed is started by a supervisor that runs: noticed at once, started after the back-off that it
-/// announces, ready when it has read the profile and taken over the segment. Beyond that back-off:
+/// The time in which a running supervisor starts a killed task, beyond the back-off that it announces. The
+/// supervisor notices the death at once. The task is ready when it has read the profile and taken over the
+/// segment.
 constexpr double kStart_s = 1.0;
 /// The soak reads an announcement that late: between two looks there may be a `corbot status`.
 constexpr std::int64_t kRead_ns = 2'500'000'000;

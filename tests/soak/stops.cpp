@@ -16,7 +16,8 @@ constexpr std::int64_t kArrived_ns = 500'000'000;
 /// A hold is on disk within 100 ms.
 constexpr std::int64_t kSaved_ns = 200'000'000;
 
-/// Had the request of this motion reached the servant before the stop was counted? True where that is certain.
+/// Had the request of this motion reached the servant before the stop was counted? True where that is
+/// certain.
 bool is_older(const Evidence& evidence, const Motion& motion, const Call* call, const Call& stop) {
   if (motion.first_ns < stop.begin_ns) return true;
   if (call == nullptr) return false;

@@ -10,7 +10,7 @@
 
 namespace corbot::soak {
 
-/// What one motion asked of the arm at its worst, by difference quotients of the recorded set-points.
+/// The highest demands of one motion on the arm, by difference quotients of the recorded set-points.
 struct Peaks {
   struct Of {
     double value{};  ///< of joints a share of the limit, of the tool in metres and seconds
@@ -26,9 +26,9 @@ struct Peaks {
   std::array<double, 4> down_deg{};
 };
 
-/// How far a peak may be beyond its limit. The governor judges a ramp by samples, see the property tests (1e-4); the rest is the
-/// recording's: angles have nine digits behind the point, lengths twelve, so a third difference over 1 ms is wrong by 4
-/// degrees/s^3 (of 8000) or 0.004 m/s^3 (of 10) at the most.
+/// How far a peak may be beyond its limit. The governor judges a ramp by samples, see the property tests
+/// (1e-4). The rest is the recording's: angles have nine digits behind the point, lengths twelve. So a third
+/// difference over 1 ms is wrong by 4 degrees/s^3 (of 8000) or 0.004 m/s^3 (of 10) at the most.
 inline constexpr double kRampTolerance = 2e-4;
 inline constexpr double kAngleDigit_deg = 1e-9;
 inline constexpr double kLengthDigit_m = 1e-12;
@@ -38,7 +38,8 @@ class TickLimits {
  public:
   explicit TickLimits(const ArmModel& arm) : arm_(arm) {}
 
-  /// The arm has rested at this set-point: before a motion, and where the loop has stood still for so long that the servos have.
+  /// The arm has rested at this set-point: before a motion, and where the loop has stood still for so long
+  /// that the servos have.
   void rest(const std::array<double, 4>& theta_deg, const std::array<double, 3>& tcp_m);
   /// Nothing is known of the cycles before.
   void forget() noexcept { known_ = 0; }
@@ -46,7 +47,8 @@ class TickLimits {
   /// The newest set-point against those before it.
   void measure(std::uint64_t cycle, Peaks& peaks) const noexcept;
 
-  /// Of joint motions: "" or what is beyond its limit. Of lines and arcs: the tool's.
+  /// Return "" or the quantity beyond its limit. For joint motions: a joint's. For lines and arcs: the
+  /// tool's.
   [[nodiscard]] std::string joint_fault(const Peaks& peaks) const;
   [[nodiscard]] std::string tool_fault(const Peaks& peaks) const;
 

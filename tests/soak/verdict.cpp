@@ -13,7 +13,8 @@
 namespace corbot::soak {
 namespace {
 
-/// The call that this motion carried out to its end. Signatures alone would not do: a sum of some is another one's.
+/// The call that this motion carried out to its end. Signatures alone would not do: a sum of some is another
+/// one's.
 const Call* find_by_end(const Motion& motion, const Ledger& ledger) {
   if (!motion.whole) return nullptr;
   // The gripper's: it ends where the motion before it did.
@@ -171,7 +172,7 @@ void check_limits(const Evidence& evidence, const Owners& owners, Verdict& verdi
                                                              : "arc";
     ++verdict.motions_by_kind[kind];
     std::string fault = on_path ? limits.tool_fault(motion.peaks) : limits.joint_fault(motion.peaks);
-    // Of what was stopped on the way nobody may know whether it was a line.
+    // The caller of a motion that was stopped on the way is unknown, and so is whether the motion was a line.
     if (call == nullptr && !fault.empty() && limits.tool_fault(motion.peaks).empty()) fault.clear();
     if (fault.empty() && call != nullptr) {
       fault = path_fault(motion, *call);

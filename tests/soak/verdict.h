@@ -10,7 +10,7 @@
 namespace corbot::soak {
 
 struct Verdict {
-  /// Of one kind of call.
+  /// The answers to one kind of call.
   struct Answers {
     int calls{};
     std::map<std::string, int> outcomes;
