@@ -14,7 +14,8 @@
 
 namespace corbot::test {
 
-/// Motions of every kind that an arm can do, found by asking its planner: what an arm's place and size are needs no table here.
+/// Motions of every kind that an arm can do, found by asking its planner: what an arm's place and size are
+/// needs no table here.
 struct ArmMotions {
   using Point = std::array<double, 3>;
 

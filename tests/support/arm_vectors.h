@@ -46,7 +46,8 @@ inline std::vector<CsvRow> read_csv(const std::string& name) {
 
 inline double number(const CsvRow& row, const std::string& name) { return std::stod(row.at(name)); }
 
-/// Position px, py, pz with the quaternion whose parts have this letter in front (q, or b in the projections).
+/// Position px, py, pz with the quaternion whose parts have this letter in front (q, or b in the
+/// projections).
 inline Pose pose(const CsvRow& row, const std::string& letter = "q") {
   return {{number(row, "px"), number(row, "py"), number(row, "pz")},
           {number(row, letter + "w"), number(row, letter + "x"), number(row, letter + "y"),

@@ -42,7 +42,8 @@ class CutProxy {
   void cut_at(CutPoint point);
   /// Whether that has been done.
   [[nodiscard]] bool is_cut() const { return is_cut_; }
-  /// Of what the server has sent so far: Replies, and the messages that forward a client to another reference.
+  /// Count what the server has sent so far: Replies, and the messages that forward a client to another
+  /// reference.
   [[nodiscard]] int replies() const { return replies_; }
   [[nodiscard]] int forwards() const { return forwards_; }
 

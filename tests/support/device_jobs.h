@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every kind of device is tested with.
+// The motions that every kind of device is tested with.
 #pragma once
 
 #include <arm.hh>

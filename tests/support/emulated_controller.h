@@ -11,7 +11,8 @@ namespace corbot::test {
 /// corbot-sim with a serial controller, on a pseudo-terminal.
 class EmulatedController : public EmulatedDevice {
  public:
-  /// `kind`: words for corbot-sim, such as {"ssc32", "--baud", "9600"}. `directory` exists; line and record are made in it.
+  /// `kind`: words for corbot-sim, such as {"ssc32", "--baud", "9600"}. `directory` exists; line and record
+  /// are made in it.
   EmulatedController(const std::string& program, const std::vector<std::string>& kind,
                      const std::string& directory)
       : EmulatedDevice(words(program, kind, directory), directory + "/pulses.csv"), line_(line(directory)) {}

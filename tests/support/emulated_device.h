@@ -42,7 +42,7 @@ class EmulatedDevice {
     EXPECT_EQ(process_->wait_line("ok", within(30)).value_or("no answer"), "ok " + text)
         << process_->errors();
   }
-  /// What it replies to a question: what follows `question` in the line; empty: nothing.
+  /// Returns the device's reply to a question: the rest of the line after `question`; empty: nothing.
   [[nodiscard]] std::string answer(const std::string& question) {
     process_->send(question);
     const auto line = process_->wait_line(question, within(30));

@@ -14,8 +14,8 @@
 
 namespace corbot::test {
 
-/// An emulated controller and the time that its line takes, without a terminal or waiting: the clock goes on
-/// by what is written and read, and where the test says so.
+/// An emulated controller and the time that its line takes, without a terminal or waiting. Bytes written and
+/// read advance the clock, and so does pass().
 struct EmulatedWire {
   EmulatedWire(sim::SerialDevice& end, int baud) : device(end), byte_ns(10'000'000'000 / baud) {}
 

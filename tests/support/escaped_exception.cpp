@@ -84,8 +84,8 @@ std::string system_fields(const CORBA::SystemException& exception) {
   return fmt::format("minor = {}, completed = {}", minor, kCompletion[exception.completed()]);
 }
 
-/// GoogleTest knows std::exception alone. It reports what else escapes a test in the handler that caught it, so the
-/// exception is still the current one here.
+/// GoogleTest knows std::exception alone. It reports what else escapes a test in the handler that caught it,
+/// so the exception is still the current one here.
 class EscapePrinter : public ::testing::EmptyTestEventListener {
   void OnTestPartResult(const ::testing::TestPartResult& result) override {
     const std::exception_ptr current = std::current_exception();

@@ -54,7 +54,7 @@ class FakeGpio {
   }
   void take_to_set(std::chrono::nanoseconds time) { set_takes_ns_ = time.count(); }
   void miss_edges() { sees_edges_ = false; }
-  /// What was asked for before is dead for good.
+  /// Unplugs the chip. Lines requested before stay dead for good.
   void unplug(int error = ENODEV) {
     error_ = error;
     ++unplugged_;

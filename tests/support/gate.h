@@ -9,7 +9,8 @@
 
 namespace corbot::test {
 
-/// Whether the real-time task accepts what was planned: as the cycle does, a few cells a call. `rate`: of a line or an arc.
+/// Whether the real-time task accepts what was planned: as the cycle does, a few cells a call. `rate`: of a
+/// line or an arc.
 inline Verdict gate(const ArmModel& arm, Command command, const PlannedRate& rate = {}) {
   command.id = 1;
   const Verdict verdict = rt::check_command(arm, command, {0, command.start_q, 0.0}).verdict;

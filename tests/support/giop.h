@@ -16,8 +16,8 @@ std::string giop_header(std::uint8_t type, std::size_t size, bool more_fragments
 std::string giop_request(std::uint32_t id, const std::string& key, const std::string& operation,
                          const std::vector<double>& arguments = {});
 
-/// A GIOP 1.2 request in two messages, the first with `first` bytes of its body (4 more than a multiple of 8). Those of
-/// several requests may be interleaved.
+/// A GIOP 1.2 request in two messages, the first with `first` bytes of its body (4 more than a multiple of
+/// 8). Those of several requests may be interleaved.
 struct GiopFragments {
   std::string first;
   std::string last;

@@ -8,14 +8,15 @@ namespace corbot::test {
 
 // Messages of any GIOP version and byte order, as they are on the wire.
 
-/// The first message in `stream`, which is taken out of it; nothing where it is not whole yet. What does not begin as
-/// a message is returned as it is.
+/// Takes the first message out of `stream`; nothing if it is not whole yet. Returns bytes that begin no
+/// message as they are.
 std::optional<std::string> take_message(std::string& stream);
 
 /// A Request that calls this operation.
 bool is_request_of(const std::string& message, const std::string& operation);
 bool is_reply(const std::string& message);
-/// A Reply with LOCATION_FORWARD or LOCATION_FORWARD_PERM, or a LocateReply with OBJECT_FORWARD or OBJECT_FORWARD_PERM.
+/// A Reply with LOCATION_FORWARD or LOCATION_FORWARD_PERM, or a LocateReply with OBJECT_FORWARD or
+/// OBJECT_FORWARD_PERM.
 bool is_forward(const std::string& message);
 
 }  // namespace corbot::test

@@ -10,8 +10,8 @@
 
 namespace corbot::test {
 
-/// A naming service of its own for one test (omniNames); ends with the object and leaves nothing behind. Started by
-/// the constructor, which throws when the service does not come up.
+/// A naming service of its own for one test (omniNames); ends with the object and leaves nothing behind.
+/// Started by the constructor, which throws when the service does not come up.
 class NamingService {
  public:
   NamingService() : NamingService(free_port()) {}
@@ -22,7 +22,7 @@ class NamingService {
 
   /// corbaloc of the root context.
   [[nodiscard]] std::string reference() const;
-  /// What Robots/<robot>.Robot is bound to; raises what the service raises.
+  /// Returns the object bound as Robots/<robot>.Robot; raises the exceptions of the service.
   [[nodiscard]] CORBA::Object_ptr resolve(const std::string& robot) const;
   /// Binds Robots/<robot>.Robot to it, beside what is bound there.
   void bind(const std::string& robot, CORBA::Object_ptr object) const;

@@ -11,8 +11,9 @@
 #include "corbot/kinematics/ik_status.h"
 #include "corbot/kinematics/joints.h"
 
-// The closed form of section IV of 'A CORBA Wrapper for Applications with Multiple Robots', written down from the paper
-// and corrected where its print is wrong (docs/arms.md): what the kinematics of any arm are compared with, for the Lynx 5.
+// The closed form of section IV of 'A CORBA Wrapper for Applications with Multiple Robots'. It follows the
+// paper, and corrects its print where it is wrong (docs/arms.md). Tests compare the kinematics of any arm
+// with it, for the Lynx 5.
 
 namespace corbot::paper {
 

@@ -25,7 +25,7 @@ double distance_m(const Point& a, const Point& b) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-/// Of `p` from the straight piece between two set-points.
+/// Returns the distance of `p` from the straight piece between two set-points.
 double distance_m(const Point& p, const Point& a, const Point& b) {
   double along = 0.0;
   double length2 = 0.0;
@@ -85,8 +85,8 @@ double acceleration(const std::vector<Snapshot>& path) {
 
 bool is_before(const Snapshot& snapshot, std::int64_t time_ns) { return snapshot.time_ns < time_ns; }
 
-/// How far the path was ahead of a device, lately: for how long nothing was put out while it went on, or by
-/// how much what was put out is behind it. A rest is neither.
+/// Measures how far the path was ahead of a device, lately: the time without an output while the path went
+/// on, or the lag of an output. A rest is neither.
 class Lateness {
  public:
   explicit Lateness(const std::vector<Snapshot>& path) : path_(path) {}
@@ -200,7 +200,8 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
       passed_ns = point->time_ns;
     }
     ++result.outputs;
-    // Where servos do not start together, some are one frame ahead: after one that was kept back, by its way as well.
+    // Where servos do not start together, some are one frame ahead: after one that was kept back, by its way
+    // as well.
     const double since_s = static_cast<double>(now_ns - std::exchange(last_ns, now_ns)) * 1e-9;
     const double skew_s = std::clamp(since_s, facts.skew_s, kMostKeptBack * facts.skew_s);
     const double allowed_m = quantisation_m(arm, facts, at) + corner_m + speed_m_s * skew_s;

@@ -27,8 +27,8 @@ int first_ephemeral_port() {
   return file >> first && first > kFirstTestPort + 1000 ? first : 32768;
 }
 
-/// Claims the port among all test programs of this machine: the abstract socket that stands for it lives as long as
-/// this program, and leaves nothing behind. False when another program has claimed or bound the port.
+/// Claims the port among all test programs of this machine: the abstract socket that stands for it lives as
+/// long as this program, and leaves nothing behind. False when another program has claimed or bound the port.
 /// `claim` receives the socket.
 bool claim_port(int port, int& claim) {
   claim = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);

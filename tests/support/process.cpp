@@ -40,7 +40,8 @@ void read_available(int& fd, std::string& text) {
   }
 }
 
-/// The state directory of the children of this test, beside its program or in CORBOT_SCRATCH. Its end removes it.
+/// The state directory of the children of this test, beside its program or in CORBOT_SCRATCH. Its end removes
+/// it.
 class StateDirectory {
  public:
   StateDirectory()

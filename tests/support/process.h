@@ -45,7 +45,7 @@ class Process {
 
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] bool running();
-  /// Of its memory, what is in use now, kilobytes; −1 when it has ended.
+  /// Returns the resident memory now, in kilobytes; −1 when the process has ended.
   [[nodiscard]] long resident_kb() const;
 
   /// The first line from now on that begins with `prefix`; nothing when the output
@@ -98,7 +98,8 @@ std::string servant_program(const std::string& directory);
 /// A robot name that no other test of this machine uses.
 std::string unique_name(const std::string& stem);
 
-/// Where a real-time task listens; `runtime`: the XDG_RUNTIME_DIR that it was started with, if not the test's.
+/// Where a real-time task listens; `runtime`: the XDG_RUNTIME_DIR that it was started with, if not the
+/// test's.
 std::string channel_path(const std::string& robot, const std::string& runtime = "");
 /// Whether that is there: a task runs, was killed, or has left it to a servant.
 bool channel_exists(const std::string& robot, const std::string& runtime = "");

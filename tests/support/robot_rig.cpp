@@ -67,8 +67,8 @@ void RobotRig::start_rt(const std::vector<std::string>& more) {
   for (int tries = 1;; ++tries) {
     rt_ = std::make_unique<Process>(command);
     if (rt_->wait_line("ready", within(30))) return;
-    // On a busy machine the bytes of a pseudo-terminal can stand still for seconds: begun again, as by a supervisor.
-    // A stop input that is not heard counts as pressed.
+    // On a busy machine the bytes of a pseudo-terminal can stall for seconds. The task is then started again,
+    // as by a supervisor. A stop input that does not answer counts as pressed.
     const bool is_starved = rt_->errors().find("no answer: is the controller powered") != std::string::npos ||
                             rt_->errors().find("the emergency stop was pressed") != std::string::npos;
     ASSERT_TRUE(is_starved && tries < 5) << rt_->errors();

@@ -18,7 +18,7 @@ namespace corbot::test {
 /// A robot on an emulated serial controller.
 class SerialRobot : public RobotRig {
  protected:
-  /// Whoever derives begins with plug_in().
+  /// Every derived fixture begins with plug_in().
   void SetUp() override {}
   void TearDown() override {
     RobotRig::TearDown();
@@ -28,7 +28,8 @@ class SerialRobot : public RobotRig {
     std::filesystem::remove_all(directory_);
   }
 
-  /// Starts the controller, and writes the profile. `backend`: its kind in the profile; `options`: more keys of its table.
+  /// Starts the controller, and writes the profile. `backend`: its kind in the profile; `options`: more keys
+  /// of its table.
   void plug_in(const std::vector<std::string>& controller, const std::string& backend,
                const std::string& options = "") {
     take_name("serial");

@@ -12,10 +12,11 @@
 
 namespace corbot::test {
 
-/// A connection falls silent as if the machine at this end had lost its network: nothing arrives here, and nothing is
-/// acknowledged. Once for each. Throws std::runtime_error where the kernel has no filters.
+/// A connection falls silent as if the machine at this end had lost its network: nothing arrives here, and
+/// nothing is acknowledged. Once for each. Throws std::runtime_error where the kernel has no filters.
 inline void fall_silent(int socket) {
-  // What is sent has arrived: a machine that is gone repeats nothing. Of a connection that was reset it never will.
+  // Waits until all sent bytes are acknowledged: a machine that is gone repeats nothing. A connection that
+  // was reset never acknowledges them.
   const auto has_ended = [socket] {
     pollfd polled{socket, 0, 0};
     return ::poll(&polled, 1, 0) > 0;
@@ -23,7 +24,7 @@ inline void fall_silent(int socket) {
   int unacknowledged = 1;
   while (::ioctl(socket, SIOCOUTQ, &unacknowledged) == 0 && unacknowledged > 0 && !has_ended())
     std::this_thread::yield();
-  // What the kernel receives for the socket is dropped before it is acknowledged.
+  // Drops the packets that the kernel receives for the socket, before it acknowledges them.
   sock_filter nothing[] = {{BPF_RET | BPF_K, 0, 0, 0}};
   const sock_fprog program{1, nothing};
   if (::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof(program)) != 0)

@@ -9,8 +9,8 @@
 #include "config/load_profile.h"
 #include "support/paths.h"
 
-// The arms that suites run over: each of the six kinds, and one, three, four, five and six joints, slides among them. Property
-// tests take further ones.
+// The arms that suites run over: each of the six kinds, and one, three, four, five and six joints, slides
+// among them. Property tests take further ones.
 
 namespace corbot::test {
 
@@ -29,7 +29,8 @@ inline std::string busy_profile_path(const std::string& name) {
   return CORBOT_TEST_PROFILES "/" + name + ".toml";
 }
 inline ArmModel arm_of(const std::string& name) { return load_profile(profile_path(name)).arm; }
-/// Lines and arcs: with a closed form, or by knots. Of the arms above only the turntable has neither room nor freedom for any.
+/// Returns true if the arm can do lines and arcs: with a closed form, or by knots. Among the arms above only
+/// the turntable has neither room nor freedom for any.
 inline bool has_paths(const ArmModel& arm) {
   return arm.kinematics.has_closed_form() || arm.dof == kMaxJoints;
 }

@@ -19,8 +19,8 @@ struct SystemCall {
   std::array<std::uint64_t, 6> arguments{};
 };
 
-/// One thread of a child process, held by ptrace(2) while its other threads run on: a thread that hangs. To be
-/// used from one thread of the test. The destructor lets it go on from where it is.
+/// One thread of a child process, held by ptrace(2) while its other threads run on: a thread that hangs. To
+/// be used from one thread of the test. The destructor lets it go on from where it is.
 class TracedThread {
  public:
   /// Holds the thread. Throws std::runtime_error where the machine does not allow that; see is_allowed().
@@ -31,11 +31,12 @@ class TracedThread {
 
   /// Lets it go on from where it is.
   void release() noexcept;
-  /// Lets it go on as one that computes without end: in a jump to itself. Not to be undone; the process is to be
-  /// killed. False where this is not known for the processor.
+  /// Lets it go on as one that computes without end: in a jump to itself. Not to be undone; the process is to
+  /// be killed. False where this is not known for the processor.
   [[nodiscard]] bool spin();
 
-  /// Lets it run to its next system call and through it. Returns the call's number; nothing when the thread has ended.
+  /// Lets it run to its next system call and through it. Returns the call's number; nothing when the thread
+  /// has ended.
   [[nodiscard]] std::optional<std::uint64_t> run_to_system_call();
   /// This lets it go on until its next system call, without waiting for that, and is false when it has ended.
   [[nodiscard]] bool go_on();
@@ -57,8 +58,8 @@ class TracedThread {
 /// "": a test may hold threads of its children; else why not, for GTEST_SKIP.
 [[nodiscard]] std::string why_not_traceable();
 
-/// This holds one of these threads where it is about to make a system call that is wanted, and the others go on. It is nothing
-/// when none makes such a call by then.
+/// This holds one of these threads where it is about to make a system call that is wanted, and the others go
+/// on. It is nothing when none makes such a call by then.
 [[nodiscard]] std::optional<TracedThread> hold_at_call(
     pid_t process, const std::vector<pid_t>& threads, const std::function<bool(const SystemCall&)>& is_wanted,
     std::chrono::steady_clock::time_point deadline);
