@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a command says, and does, where it cannot be done as asked: the task is frozen, the servant is gone, or the robot
-// is another one than the one here.
+// Tests a command's output and effect if it cannot be done as requested. The task is frozen, the servant is
+// gone, or the robot is another one than the one here.
 #include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <signal.h>
@@ -117,7 +117,7 @@ TEST_F(Answers, AFrozenTasksPositionsHaveAnAge) {
   }));
 }
 
-/// Nobody starts another one, so that no answer can come.
+/// No supervisor starts another servant, so that no answer can come.
 TEST_F(Answers, WhatBecameOfAMotionIsUnknownWhereTheServantIsGone) {
   up();
   const auto motion = begin({"joints", "40", "20", "30", "40", "--time", "300"});
@@ -318,7 +318,7 @@ TEST_F(Answers, WhereARobotWasLookedForIsSaid) {
   }
 }
 
-/// What is up here only has files: nothing is to be stopped, or to be heard, of it.
+/// The robot that is up in the other directory only has files: there is nothing to stop or to read of it.
 TEST_F(Answers, StopAllSaysWhichRobotOfAnotherRuntimeDirectoryItDidNotAsk) {
   up();
   const std::string other = unique_name("two-shells");

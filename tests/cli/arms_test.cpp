@@ -79,7 +79,8 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
 }
 
-/// Without a closed form: to points, along lines and arcs, its tool turned as it was; what cannot be is refused.
+/// Without a closed form: to points, along lines and arcs, its tool turned as it was; what cannot be is
+/// refused.
 TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {
   up({}, shipped("xarm6"));
   const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };

@@ -143,7 +143,7 @@ TEST_F(ControlCommands, HoldLastsUntilClear) {
   EXPECT_EQ(corbot({"ready"}).code, 0);
 }
 
-/// Down and up: whoever asked for it may still stand at the arm.
+/// A hold outlasts down and up: the person who requested it may still stand at the arm.
 TEST_F(ControlCommands, AHoldOutlivesTheRobot) {
   EXPECT_EQ(corbot({"hold"}).code, 0);
   EXPECT_EQ(corbot({"down"}).code, 0);

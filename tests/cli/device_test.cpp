@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the commands print when a controller goes silent and comes back.
+// Tests the output of the commands when a controller goes silent and comes back.
 #include <gmock/gmock.h>
 
 #include "cli_rig.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot of robot.idl alone, whose tool moves in lines at 0.05 m/s or less: plain_robot PORT [FAULT]
-// FAULT: early (a motion returns before the arm is at rest), silent (an unreachable point is accepted),
-// hasty (Delay returns at once), full (there is no Speed).
+// A robot of robot.idl alone, whose tool moves in lines at 0.05 m/s or less. Usage: plain_robot PORT [FAULT].
+// FAULT: early (a motion returns before the arm is at rest), silent (an unreachable point is accepted), hasty
+// (Delay returns at once), full (there is no Speed).
 #include <algorithm>
 #include <array>
 #include <atomic>

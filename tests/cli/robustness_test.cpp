@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What may happen around `corbot up` without ending the robot, and what it does not do to another robot.
+// Tests the events around `corbot up` that do not end the robot, and that `corbot up` leaves other robots
+// alone.
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -110,7 +111,7 @@ TEST_F(Robustness, NamesOutliveTheNamingService) {
   const std::string service = "corbaname::127.0.0.1:" + std::to_string(naming);
   const std::string robot = service + "#Robots/" + name_ + ".Robot";
   ASSERT_TRUE(wait_until(within(20), [&] { return corbot({"status", "--robot", robot}).code == 0; }));
-  // Nobody binds the robot's name anew while its servant does not run.
+  // The robot's name stays unbound while its servant does not run.
   const pid_t servant = pid_of("servant_pid");
   ASSERT_EQ(::kill(servant, SIGSTOP), 0);
   pid_t service_pid = 0;
@@ -125,7 +126,8 @@ TEST_F(Robustness, NamesOutliveTheNamingService) {
   ASSERT_TRUE(wait_until(within(30), [&] {
     return supervisor_->errors().find("naming service restarted") != std::string::npos;
   })) << supervisor_->errors();
-  // The service resolves the name, and the servant behind it does not answer: not found would be another text.
+  // The service resolves the name, and the servant behind it does not answer: not found would be another
+  // text.
   const RunResult result = corbot({"status", "--robot", robot, "--timeout", "0.5"});
   EXPECT_THAT(result.errors, HasSubstr("no answer")) << result.output;
   ASSERT_EQ(::kill(servant, SIGCONT), 0);

@@ -197,7 +197,8 @@ TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
   EXPECT_TRUE(wait_until(within(20), [&] { return pid_of("servant_pid") != first; }));
   const auto end = motion->wait(within(20));
   ASSERT_TRUE(end);
-  // Its ticket outlives the servant; where the next one was not there in time, the client says that it does not know.
+  // Its ticket outlives the servant; where the next one was not there in time, the client says that it does
+  // not know.
   if (WEXITSTATUS(*end) != 0) {
     EXPECT_EQ(WEXITSTATUS(*end), 3);
     EXPECT_THAT(motion->errors(), HasSubstr("what became of motion 1 is unknown"));
@@ -264,7 +265,7 @@ TEST_F(Supervision, AFrozenTaskIsReplacedInErrorUntilClear) {
               HasSubstr("real-time task (pid " + std::to_string(first) + ") has not responded"));
 }
 
-/// Nobody is left who has the shared memory but the supervisor.
+/// Only the supervisor has the shared memory left.
 TEST_F(Supervision, WhenBothAreKilledTheNextTaskTakesOverFromTheLast) {
   // Not what the simulator knows: with a position that is only assumed, the first motion would be slow again.
   std::ifstream stream(CORBOT_TEST_PROFILE);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One program, carried out by arms of three kinds as whoever reads README runs it: `corbot up`, then the program.
+// Arms of three kinds carry out one program as a reader of README runs it: `corbot up`, then the program.
 #include <gmock/gmock.h>
 #include <signal.h>
 

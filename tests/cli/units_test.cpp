@@ -132,7 +132,7 @@ TEST(UnitFiles, WhereTheProgramsLookIsWhatSystemdMakes) {
   EXPECT_EQ(servant.value("RuntimeDirectory"), "") << "or it would be removed with the servant";
   for (const UnitFile* unit : {&whole, &task})
     EXPECT_EQ(unit->value("RuntimeDirectoryPreserve"), "restart") << "which segment was the last";
-  // What the task stores, and systemd gives back: as many as the program may store.
+  // systemd gives the descriptors back that the task stores: as many as the program may store.
   EXPECT_EQ(task.value("FileDescriptorStoreMax"), "16");
   EXPECT_EQ(whole.value("FileDescriptorStoreMax"), "32") << "of two processes";
 }
