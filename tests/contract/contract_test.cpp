@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the arm may expect of every backend, whatever its device.
+// Tests what the arm may expect of every backend, whatever its device.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -218,7 +218,8 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
   fixture_->plug();
   ASSERT_TRUE(reaches(BackendHealth::kStandby));
   driver_->clear();
-  // That its pulses went with the plug, and that they are back, is no motion, whenever it gets into the record.
+  // That its pulses went with the plug, and that they are back, is no motion, whenever it gets into the
+  // record.
   const auto base_moves = [&] {
     const std::vector<Output> seen = fixture_->outputs();
     return std::any_of(seen.begin() + static_cast<std::ptrdiff_t>(before), seen.end(),

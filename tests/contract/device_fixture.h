@@ -18,15 +18,15 @@
 
 namespace corbot::test {
 
-/// What a device puts out from some instant on, at one servo (joints first, then the gripper): pulses in us,
-/// or radians of a drive.
+/// A device's output at one servo from some instant on (joints first, then the gripper): pulses in us, or
+/// radians of a drive.
 struct Output {
   std::int64_t time_ns;  ///< CLOCK_MONOTONIC; 0 where the device has no clock
   std::size_t servo;
   double value;
 };
 
-/// What the suite must know about a kind of device.
+/// The properties of a kind of device that the suite needs.
 struct DeviceFacts {
   bool takes_joints{false};  ///< else pulses
   double unit{};             ///< resolution of what it puts out, us or rad
@@ -66,10 +66,11 @@ class DeviceFixture {
   virtual void plug() = 0;
   /// Every change that was seen so far, in the order of time.
   virtual std::vector<Output> outputs() = 0;
-  /// What it puts out now, a value a servo; NaN: nothing.
+  /// Returns the present output, a value a servo; NaN: nothing.
   virtual std::vector<double> now() = 0;
 
-  /// Whether the servos have energy from it; where the device cannot take that off, whether it sends anything.
+  /// Whether the servos have energy from it; where the device cannot take that off, whether it sends
+  /// anything.
   virtual bool is_energised() {
     const std::vector<double> found = now();
     return std::any_of(found.begin(), found.end(), [](double value) { return !std::isnan(value); });

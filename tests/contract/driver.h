@@ -15,10 +15,9 @@ struct Pose {
   double opening{};
 };
 
-/// Stands in for the real-time cycle: writes a frame a millisecond, reads, asks for the health, and holds
-/// while the device is lost; from then on it is in Error, where the energy is to be taken off, until it is cleared. While
-/// the device stands by it follows what is measured.
-/// Its thread is watched for system calls.
+/// Stands in for the real-time cycle: writes a frame a millisecond, reads, gets the health, and holds while
+/// the device is lost. After a loss it is in Error, in which power goes off, until it is cleared. While the
+/// device stands by it follows the measured position. Its thread is watched for system calls.
 class Driver {
  public:
   Driver(const ArmModel& arm, Backend& backend, DeviceFixture& fixture, const Pose& at);
@@ -35,11 +34,12 @@ class Driver {
   void move(const Pose& to, double seconds);
   /// A loss ends a motion; whatever is asked for meanwhile is not begun.
   [[nodiscard]] Pose pose() const;
-  /// What the cycle does while an emergency stop is latched.
+  /// Latches an emergency stop, or ends it, as the cycle does.
   void set_emergency_stop(bool latched) { emergency_stop_.store(latched); }
-  /// A person stands beside the arm and clears what was lost as soon as it stands by, from here on. Until leave().
+  /// A person stands beside the arm and clears what was lost as soon as it stands by, from here on. Until
+  /// leave().
   void clear() { is_attended_.store(true); }
-  /// Nobody clears.
+  /// No person clears from here on.
   void leave() { is_attended_.store(false); }
   /// No frames from here on, as when the cycle is frozen.
   void freeze(bool frozen);
@@ -49,7 +49,7 @@ class Driver {
   /// The longest that a frame was under way to the device, by what the backend says.
   [[nodiscard]] double oldest_s() const { return static_cast<double>(oldest_ns_.load()) * 1e-9; }
   [[nodiscard]] ServoFeedback feedback() const;
-  /// What the device should put out now.
+  /// Returns the outputs that the device should have now.
   [[nodiscard]] std::vector<double> wanted(bool joints) const;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices of the kernel that runs the test, seen from outside the backend: registers of a PCA9685 by a
-// handle of their own, GPIO lines by the kernel's trace of every edge. Named by environment variables, see
-// docs/rig.md; without them these fixtures are missing.
+// Devices of the kernel that runs the test, read from outside the backend. A handle of their own reads the
+// registers of a PCA9685; the kernel's trace has every edge of GPIO lines. Environment variables name them,
+// see docs/rig.md; without them these fixtures are missing.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <linux/i2c-dev.h>

@@ -14,7 +14,7 @@
 
 namespace corbot::test {
 
-/// What a device without a record of its own puts out, found by looking again and again.
+/// Records the outputs of a device without a record of its own, by polling.
 class OutputLog {
  public:
   OutputLog(std::size_t servos, std::function<std::vector<double>()> look, long every_us = 2000)

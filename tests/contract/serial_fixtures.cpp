@@ -66,7 +66,7 @@ class SerialFixture final : public DeviceFixture {
   EmulatedController controller_;
 };
 
-/// Who takes the servos one by one may begin the next frame to them when it has taken some.
+/// A controller that takes the servos one by one may begin the next frame to them when it has taken some.
 constexpr double kServoFrame_s = 0.020;
 
 DeviceFacts serial_facts(double unit_us, double period_s, double read_unit_us, std::string at_end,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every device owes a person who stands beside the arm: no energy and no motion without a Clear.
+// Tests the safety of a person beside the arm with every device: no power and no motion without a Clear.
 #include <iostream>
 #include <random>
 
@@ -16,8 +16,8 @@ class Standby : public Contract {
     open();
     ASSERT_TRUE(arrives()) << off();
   }
-  /// What was put out from `from` on is what each servo had last, or nothing. The target of a drive without energy may
-  /// become the place of its shaft.
+  /// Returns true if each output from `from` on is the servo's previous one, or nothing. The target of a
+  /// drive without power may become the position of its shaft.
   [[nodiscard]] bool is_nothing_new(std::size_t from) {
     const double most = facts_.takes_power_off ? 0.01 : facts_.unit + facts_.noise;
     const std::vector<Output> seen = fixture_->outputs();
@@ -161,7 +161,7 @@ TEST_P(Standby, AStartInErrorWaitsForClear) {
   driver_->set_emergency_stop(true);
   driver_->start();
   EXPECT_TRUE(wait_until(within(20), [&] { return !facts_.takes_power_off || !fixture_->is_energised(); }));
-  // What the end before has switched off is off.
+  // The outputs that the previous end has switched off stay off.
   EXPECT_TRUE(wait_until(within(20), [&] { return rests(100); }));
   EXPECT_TRUE(rests(300));
   EXPECT_EQ(backend_->health(), BackendHealth::kStandby);
