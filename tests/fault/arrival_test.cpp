@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What had arrived before a Stop is not carried out after it, also where nobody knows when it arrived, because the servant was
-// frozen; and what arrives later is.
+// A call that had arrived before a Stop is not carried out after it. This holds even if the servant was
+// frozen, so that the time of arrival is unknown. A later call is carried out.
 #include <gtest/gtest.h>
 #include <signal.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// kill -9 of the real-time task of an arm on a serial controller, in mid-motion, again and again: each new task takes its
-// time to reach the device, and whatever was accepted before, or meanwhile, ends, and its caller is answered.
+// Kills the real-time task of an arm on a serial controller with SIGKILL, in mid-motion, again and again.
+// Each new task takes its time to reach the device. Every motion that was accepted before or meanwhile ends,
+// and its caller gets an answer.
 #include <signal.h>
 
 #include <atomic>
@@ -50,8 +51,8 @@ class DeviceRestart : public SerialRobot {
     Corbot::MotionInfo_var info = arm_->Wait(ticket, 60.0);
     return info->state;
   }
-  /// By how much a pulse went further between two rows of the emulator's record than the motions may in that time, or in
-  /// two frames of the servos.
+  /// By how much a pulse went further between two rows of the emulator's record than the motions may in that
+  /// time, or in two frames of the servos.
   [[nodiscard]] double worst_step_us() const {
     constexpr double kFrames_s = 0.04;
     constexpr double kMost_us_s = 10.0 * kSpeed_deg_s * 4.0;  // of 10 us a degree; an approach is no faster

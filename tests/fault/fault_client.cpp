@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// fault_client CORBALOC [X Y Z X Y Z]: moves the arm to and fro between two places for ever, freely and in straight lines, and prints
-// a line a call: 'ok', or the exception's name and its reason. `drive` in place of numbers: it turns joint 0 instead.
+// fault_client CORBALOC [X Y Z X Y Z]: moves the arm to and fro between two places for ever, freely and in
+// straight lines, and prints a line a call: 'ok', or the exception's name and its reason. `drive` in place of
+// numbers: it turns joint 0 instead.
 #include <arm.hh>
 #include <cstdlib>
 #include <exception>

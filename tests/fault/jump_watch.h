@@ -13,8 +13,8 @@
 
 namespace corbot::test {
 
-/// Follows the traces of a robot's tasks in a thread of its own and counts steps of the set-point that no joint may make
-/// in a cycle.
+/// Follows the traces of a robot's tasks in a thread of its own and counts steps of the set-point that no
+/// joint may make in a cycle.
 class JumpWatch {
  public:
   JumpWatch(const std::string& robot, const ArmModel& arm);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// kill -9 of servant, real-time task and client at random instants of a motion: nothing hangs, the set-point
-// never jumps (every cycle of the trace is looked at, across restarts too), nothing is left behind.
+// Kills servant, real-time task and client with SIGKILL at random instants of a motion. Nothing hangs,
+// nothing is left behind, and the set-point never jumps. The test checks every cycle of the trace, across
+// restarts too.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -183,8 +184,8 @@ TEST_F(Kill, RealTimeTask) {
   EXPECT_EQ(watch_->jumps(), 0) << watch_->first_jump();
 }
 
-/// Several clients, so that there is always a call between ticket and push, in the ring or just run when the task
-/// dies; the next one adopts at once. Each client hears of every call's end.
+/// Runs several clients, so that there is always a call between ticket and push, in the ring or just run when
+/// the task dies. The next task adopts at once. Each client gets the end of every call.
 TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
   std::vector<std::unique_ptr<Process>> clients;
   for (int i = 0; i < 3; ++i) {
@@ -199,7 +200,7 @@ TEST_F(Kill, RealTimeTaskAmongSeveralClients) {
     ASSERT_TRUE(rt_->wait(within(30)));
     start_rt();
     if (HasFatalFailure()) return;
-    // What each waited for has ended, and a call that it made since, too.
+    // The motion that each client waited for has ended, and so has a call that it made since.
     for (const auto& client : clients) {
       ASSERT_TRUE(client->wait_line("NotReady", within(30))) << "round " << i << "\n" << client->output();
       ASSERT_TRUE(client->wait_line("ok", within(30))) << "round " << i << "\n" << client->output();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines are run by knots and pieces that lie in the servant's segment. Here another process, which has that segment mapped, too,
-// overwrites them, their counts and slots and the ring's index at random instants, before, while and after the task takes them. Every set-point of the trace is looked at from outside.
+// Lines are run by knots and pieces that lie in the servant's segment. Here another process, which has that
+// segment mapped, too, overwrites them, their counts and slots and the ring's index at random instants,
+// before, while and after the task takes them. Every set-point of the trace is looked at from outside.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -46,7 +47,7 @@ std::uint64_t seed() {
   return seed;
 }
 
-/// What the other process does to the servant's segment, in bursts, until it is killed.
+/// Overwrites the servant's segment in bursts, as another process, until it is killed.
 class Overwriting {
  public:
   Overwriting(ServantSegment& own, std::atomic<std::uint64_t>& strokes, std::uint64_t seed, bool with_index)
@@ -211,7 +212,7 @@ class TickWatch {
       fail(now, "tool acceleration", acceleration, arm_.path.acceleration_m_s2);
   }
 
-  /// What the task accepts of a knot, and between two.
+  /// The deviations that the task accepts at a knot, and between two.
   static constexpr double kDeviation_m = 5e-6;
   static constexpr double kForged = 1e-3;
 

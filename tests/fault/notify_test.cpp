@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What task and servant report to their supervisor: READY=1 once, WATCHDOG=1 only while they advance.
+// Tests the reports of task and servant to their supervisor: READY=1 once, WATCHDOG=1 only while they
+// advance.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -118,7 +119,8 @@ class Notify : public RobotRig {
     EXPECT_LE(socket_.count(frozen.pid(), "WATCHDOG=1"), own + 1) << "but one that was on its way";
   }
 
-  /// The same where the other threads of the process run on, so that what it reported last may be a second old.
+  /// The same where the other threads of the process run on, so that what it reported last may be a second
+  /// old.
   void expect_that_it_falls_silent(const Process& hanging, const Process& other) {
     EXPECT_TRUE(wait_until(within(60), [&] {
       const int own = socket_.count(hanging.pid(), "WATCHDOG=1");
@@ -186,7 +188,7 @@ TEST_F(Notify, AnOrbThatHangsEndsTheReportsOfItsServant) {
   expect_well(*servant_);
 }
 
-/// Housekeeping, which logs, waits for whoever reads the log; what is reported comes from a thread of its own.
+/// Housekeeping, which logs, may wait for the reader of the log. A thread of its own sends the reports.
 TEST_F(Notify, ATaskWhoseLogIsNotReadReportsAllTheSame) {
   EXPECT_EQ(servant_->terminate(), 0);
   EXPECT_EQ(rt_->terminate(), 0);

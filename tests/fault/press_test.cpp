@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long it takes from a press of the emergency stop to the first set-point that is slower than planned, and until the
-// power is off: whole processes, a joint at some half of its speed each time, some presses with a servant or a cycle that is
-// frozen. CORBOT_PRESSES says how many. What is measured includes how late this program looks.
+// Measures the time from a press of the emergency stop to the first set-point slower than planned, and until
+// the power is off. The test runs whole processes, with a joint at some half of its speed each time. At some
+// presses the servant or a cycle is frozen. CORBOT_PRESSES says how many presses there are. The times include
+// the delay with which this program looks.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -78,8 +78,8 @@ class ServantRestart : public RobotRig {
     Corbot::MotionInfo_var info = arm_->Wait(ticket, 60.0);
     return info->state;
   }
-  /// How long a stop of joint 0 at that speed may take on its path: the bound of rt/cycle/governor.h, for the acceleration
-  /// that a motion to that speed reaches.
+  /// How long a stop of joint 0 at that speed may take on its path: the bound of rt/cycle/governor.h, for the
+  /// acceleration that a motion to that speed reaches.
   [[nodiscard]] double longest_ramp_s(double speed_deg_s) const {
     constexpr double kStopBound = 2.0;
     const JointLimits limits = load_profile(profile_).arm.joints[0];
@@ -198,8 +198,8 @@ TEST_F(ServantRestart, AMotionThatEndedWhileNoServantWasThereIsDone) {
   EXPECT_EQ(end_of(other), Corbot::MotionDone);
 }
 
-/// A Stop right after a restart in mid-motion among calls that wait for motions of either servant: what each answers,
-/// and after how long. The best of several tries is judged: any may meet a busy machine.
+/// A Stop right after a restart in mid-motion among calls that wait for motions of either servant: what each
+/// answers, and after how long. The best of several tries is judged: any may meet a busy machine.
 TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
   constexpr double kStop_s = 0.05;
   for (const bool is_moving : {false, true}) {
@@ -244,8 +244,9 @@ TEST_F(ServantRestart, StopRightAfterARestartInMidMotion) {
   }
 }
 
-/// More calls than anybody may make, on one connection, right after a restart in mid-motion: each is answered, the servant
-/// has few threads, and a Stop gets through meanwhile. The best of several tries is judged, as above.
+/// More calls than anybody may make, on one connection, right after a restart in mid-motion: each is
+/// answered, the servant has few threads, and a Stop gets through meanwhile. The best of several tries is
+/// judged, as above.
 TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
   constexpr std::uint32_t kCalls = 1500;
   constexpr int kFewThreads = 150;
@@ -297,8 +298,8 @@ TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
   EXPECT_LE(best_s, kStop_s + longest_ramp_s(10.0));
 }
 
-/// Kills at random instants among clients that start motions: each number that a client was given has one end, in the
-/// order of the numbers, and the arm stands where the motions that are done have brought it.
+/// Kills the servant at random instants among clients that start motions. Each ticket of a client has one
+/// end, in the order of the numbers. The arm stands at the goal of the motions that are done.
 TEST_F(ServantRestart, EveryMotionHasItsEndAcrossKillsAtRandomInstants) {
   const char* const text = std::getenv("CORBOT_SEED");
   const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();

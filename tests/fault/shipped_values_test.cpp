@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A real-time task that is frozen, or computes without end, under the profile as it is shipped: what a client sees of
-// it, and when. A busy machine makes a gap of 100 ms by itself, so each bound is that of the best of several tries.
+// A real-time task that is frozen, or computes without end, under the profile as it is shipped: what a client
+// sees of it, and when. A busy machine makes a gap of 100 ms by itself, so each bound is that of the best of
+// several tries.
 #include <gmock/gmock.h>
 #include <sched.h>
 #include <signal.h>
@@ -61,7 +62,8 @@ class ShippedValues : public RobotRig {
     const auto list = alarms();
     return std::any_of(list.begin(), list.end(), [&](const auto& a) { return a.code == code && a.active; });
   }
-  /// Every call whose `raises` has NotReady, but those that need control, and the settings, which ask nothing of the task.
+  /// Every call whose `raises` has NotReady, but those that need control, and the settings, which ask nothing
+  /// of the task.
   static std::vector<Operation> refused_operations(Corbot::Ticket pending) {
     std::vector<Operation> all = guarded_operations();
     std::erase_if(all, [](const Operation& each) {
@@ -111,7 +113,7 @@ class ShippedValues : public RobotRig {
     Corbot::MotionInfo_var info = arm_->Wait(pending, 30.0);  // has no NotReady
     note("Wait", elapsed_s(asked));
     EXPECT_LE(info->state, Corbot::MotionRunning) << "what becomes of it is open";
-    // What is read is old, and the client can see how old.
+    // The values read are old, and the client can see how old.
     asked = Clock::now();
     const Corbot::JointCoord_var there = arm_->ArtiCoord();
     note("ArtiCoord", elapsed_s(asked));

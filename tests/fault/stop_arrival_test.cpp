@@ -48,7 +48,8 @@ class StopArrival : public RobotRig {
     return parse_ior(text.in()).key;
   }
 
-  /// The servant holds the lock of all connections while it looks whether a client is there. This recognises that look.
+  /// The servant holds the lock of all connections while it looks whether a client is there. This recognises
+  /// that look.
   [[nodiscard]] bool is_look_at_a_client(const SystemCall& call) const {
 #ifdef SYS_poll
     if (call.number != SYS_poll || call.arguments[1] != 1 || call.arguments[2] != 0) return false;
@@ -71,7 +72,8 @@ class StopArrival : public RobotRig {
         servant_->pid(), threads, [&](const SystemCall& call) { return is_look_at_a_client(call); },
         within(30));
   }
-  /// This sends the request while a thread of the servant keeps the connections' lock. It is counted all the same, and once.
+  /// This sends the request while a thread of the servant keeps the connections' lock. It is counted all the
+  /// same, and once.
   void expect_counted_while_held(const std::string& key, const std::string& operation) {
     if (const std::string why = why_not_traceable(); !why.empty()) GTEST_SKIP() << why;
     const auto waiting = open();
@@ -159,7 +161,7 @@ TEST_F(StopArrival, CountsEachOfManyOnce) {
   EXPECT_EQ(stops(), before + kStops);
 }
 
-/// Whoever looks for the object on the connection of a Stop sends no second one.
+/// A client that looks for the object on the connection of a Stop sends no second Stop.
 TEST_F(StopArrival, CountsNothingForALocateRequest) {
   constexpr std::uint8_t kLocateRequest = 3;
   const auto client = open();

@@ -24,8 +24,8 @@
 
 namespace corbot::test {
 
-/// A robot of whole processes whose stop input, power switch and watchdog output are lines of a simulated GPIO chip, where the
-/// machine has one, or whose stop input is one of an emulated SSC-32, where it has none.
+/// A robot of whole processes with a stop input. If the machine has a simulated GPIO chip, its lines are the
+/// stop input, the power switch and the watchdog output. If not, an emulated SSC-32 has the stop input.
 class StopRig : public RobotRig {
  protected:
   static constexpr int kStopLine = 20;

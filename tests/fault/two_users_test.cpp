@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The layout of the units corbot-rt@ and corbot-servant@: the task is one user, the servant another, both in
-// a group whose members may stop the robot. Root only: nobody else can start processes of other users.
+// a group whose members may stop the robot. Only root can run it, to start processes of other users.
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <grp.h>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a cycle of the real-time task does with nobody, and with two hundred threads, waiting at the robot core: its
-// instructions, its system calls, and how often it wakes somebody. Counted by ptrace(2) on corbot-rt's loop, since
-// virtual machines have no counter of instructions. Times are of no concern: under the count a cycle takes milliseconds.
+// Counts the instructions, the system calls and the wake-ups of a cycle of the real-time task. It does so
+// with no thread and with two hundred threads that wait at the robot core. It counts by ptrace(2) on
+// corbot-rt's loop, since virtual machines have no counter of instructions. Times do not matter: under the
+// count a cycle takes milliseconds.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/syscall.h>
@@ -33,7 +34,7 @@ namespace {
 constexpr int kWaiting = 200;
 constexpr int kCycles = 20;
 
-/// Of a number of cycles.
+/// The counts over a number of cycles.
 struct Count {
   std::vector<std::size_t> instructions;    // in user space, of each, sorted
   std::map<std::uint64_t, int> most_calls;  // of each system call, in a cycle
@@ -99,7 +100,7 @@ class Waiters : public ::testing::Test {
     counted.most_wakes = std::max(counted.most_wakes, channel_->task().wake.load() - before);
     return true;
   }
-  /// Of cycles while a motion runs, and of those that end it for a Stop.
+  /// Counts cycles while a motion runs, and those that end it for a Stop.
   Count count() {
     Count counted;
     TracedThread loop(task_->pid(), task_->pid());  // the task's first thread
@@ -186,8 +187,8 @@ TEST_F(Waiters, TheCycleDoesTheSameForTwoHundredAsForNone) {
     }
   }
   EXPECT_LE(all.wakes_of_end, none.wakes_of_end);
-  // A look at each that waits would take three instructions at least; the way through the loop depends on the clock, by
-  // two hundred or so.
+  // A look at each that waits would take three instructions at least; the way through the loop depends on the
+  // clock, by two hundred or so.
   EXPECT_LT(all.instructions.front(), none.instructions.front() + 3 * kWaiting);
 }
 
