@@ -13,9 +13,10 @@ add_dependencies(bench_orbs bench_orbs_omniorb_server corbot-rt corbot-servant)
 
 if(ORBIT2_FOUND)
   set(servant ${PROJECT_SOURCE_DIR}/src/orb/orbit2)
-  add_executable(bench_orbs_orbit2_server ${orbs}/echo_orbit2.c ${servant}/calls.c ${servant}/control_references.c
-                                          ${servant}/ior.c ${servant}/log.c ${servant}/orb.c ${servant}/raise.c
-                                          ${servant}/requests.c)
+  add_executable(bench_orbs_orbit2_server
+    ${orbs}/echo_orbit2.c ${servant}/calls.c ${servant}/control_references.c
+    ${servant}/ior.c ${servant}/log.c ${servant}/orb.c ${servant}/raise.c
+    ${servant}/requests.c)
   target_include_directories(bench_orbs_orbit2_server PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_link_libraries(bench_orbs_orbit2_server PRIVATE corbot::robot corbot::net ${CMAKE_DL_LIBS})
   corbot_on_orbit2(bench_orbs_orbit2_server)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each backend adds to a cycle: write, read, health, cause and times, while its own thread is busy with
-// an emulated device. The peer is a backend that only stores the frame; blocks of both alternate.
+// Measures the calls of a backend in a cycle: write, read, health, cause and times. Its own thread is busy
+// with an emulated device meanwhile. The peer is a backend that only stores the frame; blocks of both
+// alternate.
 #include <fmt/format.h>
 
 #include <algorithm>

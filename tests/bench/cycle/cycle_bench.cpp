@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one real-time cycle costs, with the loopback backend: flags, evaluation, inverse kinematics, checks,
+// Measures one real-time cycle with the loopback backend: flags, evaluation, inverse kinematics, checks,
 // pulses, forward kinematics, snapshot and trace. Fails when the median during a motion is not below 2 µs.
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each family's forward and inverse kinematics, and all solutions at a pose; beside them in the same run the paper's equations for
-// the Lynx 5, on the same arm (al5d) and the same poses.
+// Measures each family's forward and inverse kinematics, and all solutions at a pose. In the same run it
+// measures the paper's equations for the Lynx 5, on the same arm (al5d) and the same poses.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -102,7 +102,7 @@ void inverse_of_paper(benchmark::State& state) {
     n = (n + 1) % kPoses;
   }
 }
-/// What lines and arcs of four-axis arms ask for.
+/// Measures the inverse that lines and arcs of four-axis arms need.
 void inverse_at_a_pitch(benchmark::State& state) {
   const Case c("al5d");
   std::array<ToolPose, kPoses> poses;

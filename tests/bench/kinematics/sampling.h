@@ -21,7 +21,7 @@ inline void keep(const T& value) {
   asm volatile("" : : "r"(&value) : "memory");
 }
 
-/// Of this thread's processor time: what else runs on the machine does not count.
+/// Returns this thread's processor time, in nanoseconds: other programs on the machine do not count.
 inline double thread_ns() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

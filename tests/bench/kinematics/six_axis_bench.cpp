@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// All solutions of six-axis arms, against one of Orocos KDL's LMA on the same table and the same poses, alternating in one run. KDL
-// starts 0.2 rad a joint away from a solution, a fair seed for a controller that follows a path.
+// All solutions of six-axis arms, against one of Orocos KDL's LMA on the same table and the same poses,
+// alternating in one run. KDL starts 0.2 rad a joint away from a solution, a fair seed for a controller that
+// follows a path.
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>

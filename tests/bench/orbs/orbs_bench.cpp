@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the servants add to their ORBs, over TCP and over Unix sockets: CartCoord and a zero-length Move
-// through corbot-servant and corbot-servant-orbit2, by a client on the same ORB, against a bare echo on that
-// ORB. All are measured in turn, in short blocks, so that a busy machine hits all alike.
+// Measures the time that the servants add to their ORBs, over TCP and over Unix sockets. A client calls
+// CartCoord and a zero-length Move through corbot-servant and corbot-servant-orbit2. The peer is a bare echo
+// on the same ORB as client and servant. Short blocks of all alternate, so that a busy machine hits all
+// alike.
 #include <signal.h>
 
 #include <algorithm>

@@ -26,9 +26,9 @@ class Scratch {
   std::string path_;
 };
 
-/// Clients and servers run on one CPU, the real-time tasks on the others where there are any. Placed by the
-/// kernel, two threads that talk stay for seconds on one CPU or on two, by chance; measured, the latter took
-/// three times as long, which would drown what is sought.
+/// Places clients and servers on one CPU, and the real-time tasks on the others if there are any. The kernel
+/// leaves two threads that talk on one CPU or on two for seconds, by chance. The latter took three times as
+/// long, which would drown the difference.
 class Placement {
  public:
   Placement();

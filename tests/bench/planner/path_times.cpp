@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random lines and arcs of four arms as the planner times them, for toppra_bench.py: on standard output one JSON object a line.
-// Each path is planned twice, with all limits of the profile, and with jerk and the tool lifted. path_times [SEED]
+// Random lines and arcs of four arms as the planner times them, for toppra_bench.py: on standard output one
+// JSON object a line. Each path is planned twice, with all limits of the profile, and with jerk and the tool
+// lifted. path_times [SEED]
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -47,7 +48,7 @@ double ramp_s(const ArmModel& arm) {
   return longest_s;
 }
 
-/// What bounds each stretch of time, in words.
+/// Returns the names of the limits that bound each stretch of time.
 json reasons(const ArmModel& arm, const PlanSettings& settings, const Command& command,
              const PlannedRate& rate) {
   constexpr std::array<const char*, 3> kLimits{"speed", "acceleration", "jerk"};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rest-to-rest joint motions against Ruckig (four joints, time-synchronised, the same limits), alternating in
-// one run, what the proof of a line costs, and what a line at the limits of every joint costs.
+// Compares rest-to-rest joint motions with Ruckig (four joints, time-synchronised, the same limits),
+// alternating in one run. It also measures the proof of a line, and a line at the limits of every joint.
 #include <cmath>
 #include <random>
 #include <string>

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Stops of the task against the shortest stops from the same states. stop_ratio.py STOP_STATES [SEED]
 
-STOP_STATES: the program of stop_states.cpp. The shortest stop is a sequence of steps of constant jerk of lambda along the
-same path. All steps have the same length, which is made as small as the limits allow. Each linear program takes all that is
-not linear by its tangent at the stop before. Exit status 1: the bound of docs/figures.md does not hold.
+STOP_STATES: the program of stop_states.cpp. The shortest stop is a sequence of steps of constant jerk of
+lambda along the same path. All steps have the same length, which is made as small as the limits allow. Each
+linear program replaces all that is not linear by its tangent at the previous stop. Exit status 1: the bound
+of docs/figures.md does not hold.
 """
 
 import json
@@ -40,7 +41,10 @@ class Stop(NamedTuple):
 
 
 class Row(NamedTuple):
-    """A quantity at nodes that may reach a limit times a power of the time, and its derivatives by a stop's numbers."""
+    """A quantity at nodes, and its derivatives by a stop's numbers.
+
+    It may reach a limit times a power of the time.
+    """
 
     power: int
     limit: float
@@ -62,10 +66,13 @@ class Path:
         self.end = knots[-1][0]
         none = float("inf")
         full = zip(line["speed"], line["acceleration"], line["jerk"], strict=True)
-        limits = [(i, v or none, (a or none) * acceleration, (j or none) * jerk) for i, (v, a, j) in enumerate(full)]
+        limits = [(i, v or none, (a or none) * acceleration, (j or none) * jerk)
+                  for i, (v, a, j) in enumerate(full)]
         self.limits = [limit for limit in limits if np.isfinite(limit[1:]).any()]
         self.angle = line["angle_rad"]
-        self.arc = (line["arc_acceleration"] * acceleration, line["arc_jerk"] * jerk) if self.angle > 0.0 else None
+        self.arc = (
+            (line["arc_acceleration"] * acceleration, line["arc_jerk"] * jerk) if self.angle > 0.0 else None
+        )
 
     def derivatives(self, place: np.ndarray) -> list[np.ndarray]:
         """Give the first four by lambda, a column for each value."""
@@ -81,7 +88,8 @@ class Path:
         for i, v, a, j in self.limits:
             of = Motion(*(d[:, i] for d in z), stop, nodes, None)
             rows += [Row(1, v, *of.first()), Row(2, a, *of.second())]
-            rows += [Row(3, j, *Motion(*(d[at, i] for d in z), stop, at, steps).third()) for at in (nodes[:-1], nodes[1:])]
+            rows += [Row(3, j, *Motion(*(d[at, i] for d in z), stop, at, steps).third())
+                     for at in (nodes[:-1], nodes[1:])]
         if self.arc is not None:
             rows += self.arc_rows([d[:, PATH] for d in z], stop)
         return [row for row in rows if np.isfinite(row.limit)]
@@ -94,14 +102,16 @@ class Path:
         rows = across(2, self.arc[0], nodes, None, tool.second(), tool.towards(self.angle))
         for at in (nodes[:-1], nodes[1:]):
             tool = Motion(*(d[at] for d in z), stop, at, steps)
-            rows += across(3, self.arc[1], at, steps, tool.third_along(self.angle), tool.third_across(self.angle))
+            rows += across(3, self.arc[1], at, steps, tool.third_along(self.angle),
+                           tool.third_across(self.angle))
         return rows
 
 
 Linear = tuple[np.ndarray, np.ndarray, np.ndarray | None, list[np.ndarray]]
 
 
-def across(power: int, limit: float, nodes: np.ndarray, steps: np.ndarray | None, along: Linear, aside: Linear) -> list[Row]:
+def across(power: int, limit: float, nodes: np.ndarray, steps: np.ndarray | None, along: Linear,
+           aside: Linear) -> list[Row]:
     """Give a vector's length by its parts in some directions, the vector's own among them."""
     own = np.arctan2(aside[0], along[0])
     rows = []
@@ -115,7 +125,8 @@ def across(power: int, limit: float, nodes: np.ndarray, steps: np.ndarray | None
 class Motion:
     """A value's derivatives by time, and their derivatives by place, speed, acceleration and jerk."""
 
-    def __init__(self, z1: Any, z2: Any, z3: Any, z4: Any, stop: Stop, nodes: np.ndarray, steps: np.ndarray | None) -> None:
+    def __init__(self, z1: Any, z2: Any, z3: Any, z4: Any, stop: Stop, nodes: np.ndarray,
+                 steps: np.ndarray | None) -> None:
         """Take derivatives by lambda at the nodes."""
         self.z1, self.z2, self.z3, self.z4 = z1, z2, z3, z4
         self.v, self.a = stop.speed[nodes], stop.acceleration[nodes]
@@ -164,7 +175,10 @@ def excess(rows: list[Row], time_s: float) -> float:
 
 
 def program(path: Path, state: list[float], stop: Stop, rows: list[Row], trust: float) -> Stop | None:
-    """Give the shortest stop whose limits are those of the tangents at `stop`. An excess costs 20 times as much."""
+    """Give the shortest stop whose limits are those of the tangents at `stop`.
+
+    An excess costs 20 times as much.
+    """
     n, t = len(stop.jerk), stop.time_s
     # place, speed, acceleration at n + 1 nodes, jerk in n steps, the time, the excess
     first = [0, n + 1, 2 * (n + 1), 3 * (n + 1)]
@@ -194,7 +208,8 @@ def program(path: Path, state: list[float], stop: Stop, rows: list[Row], trust: 
             if numbers is not None:
                 rest -= by * values[numbers]
         bounds_of += [1.0 - row.power - scale * rest, 1.0 - row.power + scale * rest]
-    upper = coo_matrix((np.concatenate(data), (np.concatenate(at), np.concatenate(columns))), shape=(begin, count)).tocsr()
+    upper = coo_matrix((np.concatenate(data), (np.concatenate(at), np.concatenate(columns))),
+                       shape=(begin, count)).tocsr()
     data.clear(), at.clear(), columns.clear()
     k, h = np.arange(n), 1.0 / n
     terms = [[(0, 1, h), (0, 2, h * h / 2), (0, 3, h**3 / 6)], [(1, 2, h), (1, 3, h * h / 2)], [(2, 3, h)]]
@@ -204,12 +219,14 @@ def program(path: Path, state: list[float], stop: Stop, rows: list[Row], trust: 
         for _, of, factor in term:
             put(i * n + k, first[of] + k, -factor)
     # It begins in the state, by the time's tangent, and ends at rest.
-    ends = [(first[0], 0.0, state[0]), (first[1], -state[1], 0.0), (first[2], -2.0 * state[2] * t, -state[2] * t * t)]
+    ends = [(first[0], 0.0, state[0]), (first[1], -state[1], 0.0),
+            (first[2], -2.0 * state[2] * t, -state[2] * t * t)]
     ends += [(first[1] + n, 0.0, 0.0), (first[2] + n, 0.0, 0.0)]
     for i, (column, by_time, _) in enumerate(ends):
         put(3 * n + i, column, 1.0)
         put(3 * n + i, time, by_time)
-    equal = coo_matrix((np.concatenate(data), (np.concatenate(at), np.concatenate(columns))), shape=(3 * n + 5, count)).tocsr()
+    equal = coo_matrix((np.concatenate(data), (np.concatenate(at), np.concatenate(columns))),
+                       shape=(3 * n + 5, count)).tocsr()
     right = np.concatenate([np.zeros(3 * n), [end[2] for end in ends]])
     low, high = np.full(count, -np.inf), np.full(count, np.inf)
     reach = trust * max(state[1] * t, 1e-9)
@@ -219,7 +236,8 @@ def program(path: Path, state: list[float], stop: Stop, rows: list[Row], trust: 
     low[slack] = 0.0
     cost = np.zeros(count)
     cost[time], cost[slack] = 1.0 / t, 20.0
-    found = linprog(cost, upper, np.concatenate(bounds_of), equal, right, np.stack([low, high], 1), method="highs")
+    found = linprog(cost, upper, np.concatenate(bounds_of), equal, right, np.stack([low, high], 1),
+                    method="highs")
     if found.x is None:
         return None
     x = found.x
@@ -261,7 +279,8 @@ def shortest(line: dict[str, Any], path: Path, steps: int) -> tuple[float, float
             trust /= 4.0
             continue
         rows_then = path.rows(then)
-        missed = abs(then.speed[-1]) / (state[1] * then.time_s) + abs(then.acceleration[-1]) / (state[1] * then.time_s)
+        missed = (abs(then.speed[-1]) / (state[1] * then.time_s)
+                  + abs(then.acceleration[-1]) / (state[1] * then.time_s))
         off = max(0.0, excess(rows_then, then.time_s), missed)
         merit = then.time_s * (1.0 + 5.0 * off)
         is_better = merit < best[0] * (1.0 - SAME)
@@ -308,13 +327,16 @@ def main() -> int:
     stops = [compare(json.loads(line), number) for number, line in enumerate(output.splitlines())]
     for name, reserve in RESERVE.items():
         known = [stop for stop in stops if np.isfinite(stop.shortest_s[name])]
-        print(f"stops over the shortest with {reserve[0]:.0%} of acceleration, {reserve[1]:.0%} of jerk: median, p95, worst")
-        groups = {kind: [stop for stop in known if stop.kind == kind] for kind in dict.fromkeys(stop.kind for stop in known)}
+        print(f"stops over the shortest with {reserve[0]:.0%} of acceleration, {reserve[1]:.0%} of jerk: "
+              "median, p95, worst")
+        groups = {kind: [stop for stop in known if stop.kind == kind]
+                  for kind in dict.fromkeys(stop.kind for stop in known)}
         groups |= {"rest before the end": [stop for stop in known if not stop.ends]}
         groups |= {"end the path": [stop for stop in known if stop.ends], "all": known}
         for title, group in groups.items():
             if group:
-                print(f"  {title:20} {quantiles([stop.stop_s / stop.shortest_s[name] for stop in group])}  of {len(group)}")
+                print(f"  {title:20} {quantiles([stop.stop_s / stop.shortest_s[name] for stop in group])}"
+                      f"  of {len(group)}")
         print(f"  {len(stops) - len(known)} left out, whose shortest stop was not found")
     known = [stop for stop in stops if np.isfinite(stop.shortest_s["all"])]
     for stop in sorted(known, key=lambda s: -s.stop_s / s.shortest_s["all"])[:WORST]:
@@ -323,7 +345,8 @@ def main() -> int:
     at_once = [stop.at_once_s / stop.shortest_s["all"] for stop in known]
     print(f"if the search took no time: {quantiles(at_once)}")
     finer = [stop.finer for stop in stops if np.isfinite(stop.finer)]
-    print(f"the shortest with twice the steps, {len(finer)} times: {min(finer):.4f} to {max(finer):.4f} of it")
+    print(f"the shortest with twice the steps, {len(finer)} times: "
+          f"{min(finer):.4f} to {max(finer):.4f} of it")
     median = float(np.median([stop.stop_s / stop.shortest_s["all"] for stop in known]))
     print(f"{'ok  ' if median <= BOUND else 'MISS'}  median: {median:.4f}, wanted <= {BOUND:g}")
     return 0 if median <= BOUND else 1

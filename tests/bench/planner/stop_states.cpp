@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stops of the task at random instants of random lines and arcs, for stop_ratio.py: on standard output one JSON object a line, with the
-// path, its limits without the reserves, the state at the request, and the stop. stop_states [SEED]
+// Prints stops of the task at random instants of random lines and arcs, for stop_ratio.py. Each line on
+// standard output is a JSON object. It has the path, its limits without the reserves, the state at the
+// request, and the stop. Usage: stop_states [SEED]
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -102,7 +103,8 @@ class Stops {
     print(command, path, state, dt_s, way, other_stops_s(path, request, dt_s));
   }
 
-  /// The time of the same stop by the curve of the whole motion, and by the curve that is sought, without the cycles of its search.
+  /// The time of the same stop by the curve of the whole motion, and by the curve that is sought, without the
+  /// cycles of its search.
   [[nodiscard]] std::array<double, 2> other_stops_s(const rate::RatePath& path, int request,
                                                     double dt_s) const {
     rate::RateGovernor slow;
@@ -132,7 +134,7 @@ class Stops {
         is_arc ? rate::limits_of(arm_, command.arc) : rate::limits_of(arm_, command.line);
     json knots = json::array();
     for (const rate::Knot& knot : path.knots) knots.push_back({knot.lambda_s, knot.z, knot.rate, knot.bend});
-    // What is not limited becomes null.
+    // A quantity without a limit becomes null.
     const json line{{"arm", name_},
                     {"kind", is_arc ? "arc" : "line"},
                     {"knots", std::move(knots)},

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Times of random lines and arcs against toppra's on the same knots and limits. toppra_bench.py PATH_TIMES [SEED]
+"""Times of random lines and arcs against toppra's on the same knots and limits.
+
+Usage: toppra_bench.py PATH_TIMES [SEED]
 
 PATH_TIMES: the program of path_times.cpp. Exit status 1: a bound of docs/figures.md does not hold.
 """
@@ -25,7 +27,10 @@ WORST = 5
 
 
 class Rows(AbstractGeometricPath):
-    """What toppra limits along a path: joints, with the tool also the path parameter, and on an arc the tool's directions."""
+    """The limits of toppra along a path.
+
+    The joints have limits, with the tool also the path parameter, and on an arc the tool's directions.
+    """
 
     def __init__(self, plan: dict[str, Any], joints: int, with_tool: bool) -> None:
         """Take the polynomials between the knots exactly."""
@@ -79,7 +84,8 @@ class Rows(AbstractGeometricPath):
         length = self.lambdas[-1]
         even = np.linspace(0.0, length, UNIFORM * refine + 1)
         ends = np.linspace(0.0, even[1], 11)
-        cells = np.concatenate([np.linspace(a, b, 8 * refine + 1) for a, b in zip(self.lambdas, self.lambdas[1:], strict=False)])
+        cells = np.concatenate([np.linspace(a, b, 8 * refine + 1)
+                                for a, b in zip(self.lambdas, self.lambdas[1:], strict=False)])
         grid = np.unique(np.concatenate([even, ends, length - ends, cells]))
         return grid[np.concatenate([[True], np.diff(grid) > 1e-9 * length])]
 
@@ -87,7 +93,9 @@ class Rows(AbstractGeometricPath):
 def optimum_s(rows: Rows, refine: int = 1) -> float:
     """Give toppra's time on the fine grid; nan where it finds none."""
     grid = rows.fine_grid(refine)
-    _, rates, _ = TOPPRA(rows.constraints(), rows, gridpoints=grid, solver_wrapper="seidel").compute_parameterization(0, 0)
+    _, rates, _ = TOPPRA(
+        rows.constraints(), rows, gridpoints=grid, solver_wrapper="seidel"
+    ).compute_parameterization(0, 0)
     if rates is None:
         return float("nan")
     return float(np.sum(2.0 * np.diff(grid) / (rates[1:] + rates[:-1])))
@@ -105,7 +113,7 @@ class Compared(NamedTuple):
 
     name: str
     kind: str
-    lifted: float  # our time over toppra's, speed and acceleration of the joints alone; nan where one of them has none
+    lifted: float  # our time over toppra's, speed and acceleration of the joints alone; nan if one has none
     everything: float  # our time with all limits over toppra's with the tool and one ramp
     own_us: float
     peer_us: float
@@ -121,16 +129,19 @@ def cause(plan: dict[str, Any]) -> str:
         times[limit] = times.get(limit, 0.0) + part["time_s"]
     longest = sorted(times.items(), key=lambda item: -item[1])[:4]
     shares = ", ".join(f"{limit} {100 * spent / plan['time_s']:.0f} %" for limit, spent in longest)
-    return f"{plan['time_s']:.3f} s, {len(plan['knots'])} knots, least pivot {plan.get('pivot', float('nan')):.2g}: {shares}"
+    return (f"{plan['time_s']:.3f} s, {len(plan['knots'])} knots, "
+            f"least pivot {plan.get('pivot', float('nan')):.2g}: {shares}")
 
 
 def compare(line: dict[str, Any], number: int) -> Compared:
     """Run toppra on one path."""
     own, lifted, joints = line["all"], line["lifted"], line["joints"]
-    ratio = float("nan") if lifted is None else lifted["time_s"] / optimum_s(Rows(lifted, joints, with_tool=False))
+    ratio = (float("nan") if lifted is None
+             else lifted["time_s"] / optimum_s(Rows(lifted, joints, with_tool=False)))
     everything = own["time_s"] / (optimum_s(Rows(own, joints, with_tool=True)) + line["ramp_s"])
     peer_us = plan_us(Rows(own, joints, with_tool=False))
-    kind, causes = f"{line['arm']} {line['kind']}", ["refused" if plan is None else cause(plan) for plan in (lifted, own)]
+    kind, causes = f"{line['arm']} {line['kind']}", ["refused" if plan is None else cause(plan)
+                                                     for plan in (lifted, own)]
     return Compared(f"{kind} {number}", kind, ratio, everything, line["plan_us"], peer_us, *causes)
 
 
@@ -167,8 +178,10 @@ def main() -> int:
     past_axis, *lines = (json.loads(line) for line in output.splitlines())
     paths = [compare(line, number) for number, line in enumerate(lines)]
     lifted = report("speed and acceleration of the joints, over toppra's optimum", "lifted", paths)
-    everything = report("all limits, over toppra's optimum with the tool and one ramp a/j", "everything", paths)
-    own, peer = (np.quantile([getattr(path, name) for path in paths], [0.5, 0.99]) for name in ("own_us", "peer_us"))
+    everything = report("all limits, over toppra's optimum with the tool and one ramp a/j", "everything",
+                        paths)
+    own, peer = (np.quantile([getattr(path, name) for path in paths], [0.5, 0.99])
+                 for name in ("own_us", "peer_us"))
     print("processor time to plan, median and p99")
     print(f"  corbot {own[0]:6.0f} us {own[1]:6.0f} us: geometry, all limits, proof")
     print(f"  toppra {peer[0]:6.0f} us {peer[1]:6.0f} us: given the geometry, joints alone, on its own grid")
@@ -177,7 +190,8 @@ def main() -> int:
         check("speed and acceleration, p99", float(np.quantile(lifted, 0.99)), 1.10),
         check("all limits, median", float(np.quantile(everything, 0.5)), 1.08),
         check("all limits, p95", float(np.quantile(everything, 0.95)), 1.20),
-        check("the line that passes the axis at 3 mm, in s", past_axis["all"]["time_s"], MOST_TIME_PAST_AXIS_S),
+        check("the line that passes the axis at 3 mm, in s", past_axis["all"]["time_s"],
+              MOST_TIME_PAST_AXIS_S),
     ]
     return 0 if all(kept) else 1
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The Python package against bare omniORBpy: reads, a zero-length move, a minute of states. package_bench.py [SECONDS]
+"""The Python package against bare omniORBpy: reads, a zero-length move, a minute of states.
+
+Usage: package_bench.py [SECONDS]
 
 Exit status 1: a bound of docs/figures.md does not hold.
 """
@@ -27,7 +29,7 @@ def median_us(call: Callable[[], object], count: int) -> float:
 
 
 def compare(name: str, bare: Callable[[], object], package: Callable[[], object], count: int) -> bool:
-    """Print both medians; true where the package keeps the bound. The two take turns, as load comes and goes."""
+    """Print both medians; true if the package keeps the bound. The two take turns, as load comes and goes."""
     rounds = [(median_us(bare, count), median_us(package, count)) for _ in range(5)]
     ratio = statistics.median(package / bare for bare, package in rounds)
     bare_us, package_us = (statistics.median(column) for column in zip(*rounds, strict=True))
@@ -53,7 +55,8 @@ def main() -> int:
         kept = [
             compare("joints", bare._get_ArtiCoord, lambda: arm.call("_get_ArtiCoord"), 1000),
             compare("state", bare._get_State, lambda: arm.state, 1000),
-            compare("zero-length move", lambda: bare.MoveJoints(AT_REST, 0.0), lambda: arm.joints(AT_REST), 100),
+            compare("zero-length move", lambda: bare.MoveJoints(AT_REST, 0.0),
+                    lambda: arm.joints(AT_REST), 100),
             share_dropped(arm, float(sys.argv[1]) if len(sys.argv) > 1 else 60.0) <= MOST_DROPPED,
         ]
     return 0 if all(kept) else 1

@@ -7,9 +7,9 @@
 
 namespace corbot::bench {
 
-/// A peer, written for this comparison in the manner of rigtorp/SPSCQueue: free-running slots with one left
-/// empty, indices that wrap by comparison, each side's copy of the other's index beside its own on that
-/// side's cache line.
+/// A peer for this comparison, written in the manner of rigtorp/SPSCQueue. Its slots are free-running with
+/// one left empty, and its indices wrap by comparison. Each side's copy of the other's index lies beside its
+/// own, on that side's cache line.
 template <class Record, std::size_t kCapacity>
 class CachedQueue {
  public:

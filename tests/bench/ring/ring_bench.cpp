@@ -19,13 +19,13 @@
 #include "corbot/channel/ring.h"
 #include "corbot/motion/command.h"
 
-// The command ring against its peers: the same record, the same capacity, in turn within one run, medians
-// over many turns. Usage: ring_bench [turns]. Three measures:
-//   push+pop     one thread, one record in and out: instructions only
-//   round trip   two threads on two CPUs, a record there and one back: latency
-//   throughput   two threads on two CPUs, as fast as they go
-// A turn is shorter than a scheduler's time slice, so that on a busy machine most turns are undisturbed.
-// A queue's ratio is the median over the turns of (its time / the ring's time in the same turn): above 1, the
+// Compares the command ring with its peers: the same record, the same capacity, in turn within one run,
+// medians over many turns. Usage: ring_bench [turns]. Three measures:
+// `push+pop`: one thread, one record in and out: instructions only;
+// `round trip`: two threads on two CPUs, a record there and one back: latency;
+// `throughput`: two threads on two CPUs, as fast as they go.
+// A turn is shorter than a scheduler's time slice, so that on a busy machine most turns are undisturbed. A
+// queue's ratio is the median over the turns of (its time / the ring's time in the same turn): above 1, the
 // ring is faster.
 
 namespace corbot::bench {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the servant adds to the ORB: ArtiCoord through corbot-servant against the same answer from a bare
-// omniORB object, calls alternating between the two in one process, so that a busy machine hits both alike.
+// Measures the time that the servant adds to the ORB: ArtiCoord through corbot-servant against the same
+// answer from a bare omniORB object. Calls alternate between the two in one process, so that a busy machine
+// hits both alike.
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <signal.h>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long a Stop takes from its last byte until it is counted in the segment that the real-time task reads:
-//   bench_stops [STOPS]
-// On both ORBs, alone and beside 100 connections that ask something all the time and a flood of new connections. The
-// programs that make that load run below normal priority: elsewhere they have machines of their own.
+// Measures a Stop on both ORBs, from its last byte until the segment that the real-time task reads counts it.
+// Usage: bench_stops [STOPS]. The Stop comes alone, and beside 100 connections that call all the time and a
+// flood of new connections. The programs that make that load run below normal priority: elsewhere they have
+// machines of their own.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
@@ -142,7 +142,8 @@ struct Result {
   int lost{};  ///< these were sent on a connection that was being closed; a client's ORB sends them again
 };
 
-/// This sends one Stop after another, on a connection that was used just before, and looks at the count every 20 us.
+/// This sends one Stop after another, on a connection that was used just before, and looks at the count every
+/// 20 us.
 Result measure(const Robot& robot, int stops) {
   const std::string read = giop_request(1, robot.name(), "_get_DoF");
   const std::string stop = giop_request(2, robot.name(), "Stop");
