@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What drives and interfaces may send: SDO answers, process data, emergencies, heartbeats, error frames. The
-// input is a row of frames, eleven bytes each: two of identifier, one of kind and length, eight of data.
+// Fuzzes the frames that drives and interfaces may send: SDO answers, process data, emergencies, heartbeats,
+// error frames. The input is a row of frames, eleven bytes each: two of identifier, one of kind and length,
+// eight of data.
 #include <chrono>
 #include <cstddef>
 #include <cstdint>

@@ -21,7 +21,7 @@ const corbot::ArmModel& arm() {
   return model;
 }
 
-/// What every position that is accepted must keep, whatever its text was.
+/// Returns true if the position keeps all that an accepted one must keep, whatever its text was.
 bool is_sound(const corbot::LastPosition& position) {
   for (std::size_t i = 0; i < corbot::kMaxJoints; ++i) {
     const double angle = position.position_q[i];
@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const corbot::LastPosition position = corbot::parse_position(text, "lynx5", "ssc32", arm());
     if (!is_sound(position)) std::abort();
-    // What is accepted is written such that it is accepted again.
+    // The text written for an accepted position is accepted again.
     if (!is_sound(corbot::parse_position(corbot::position_text(position, arm()), "lynx5", "ssc32", arm())))
       std::abort();
   } catch (const corbot::PositionError& error) {

@@ -9,7 +9,7 @@
 
 namespace {
 
-/// What every profile that is not refused must keep, whatever its text was.
+/// Returns true if the profile keeps all that an accepted one must keep, whatever its text was.
 bool is_sound(const corbot::Profile& profile) {
   const corbot::ArmModel& arm = profile.arm;
   if (arm.dof < 1 || arm.dof > corbot::kMaxJoints) return false;
