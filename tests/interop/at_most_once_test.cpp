@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A motion whose connection is cut after the request has arrived and before the reply: carried out once,
-// and its caller hears an error. A client's ORB that sent the call again would move the arm twice.
+// Cuts the connection of a motion's call after the request has arrived and before the reply. The motion runs
+// once, and its caller gets an error. A client's ORB that sent the call again would move the arm twice.
 #include <filesystem>
 
 #include <fmt/core.h>
@@ -38,7 +38,8 @@ class AtMostOnce : public RobotRig, public ::testing::WithParamInterface<ClientK
   bool has_ticket(Corbot::Ticket id) {
     return raised_by([&] { Corbot::MotionInfo_var info = arm_->Progress(id); }).empty();
   }
-  /// Cuts `call` as soon as the servant has accepted its motion; what the client heard.
+  /// Cuts the connection as soon as the servant has accepted the motion of `call`. Returns the client's
+  /// outcome.
   std::string cut_off(const std::string& call) {
     Corbot::Ticket next = 1;
     while (has_ticket(next)) ++next;
@@ -75,8 +76,8 @@ TEST_P(AtMostOnce, AMotionThatIsWaitedFor) {
 }
 
 TEST_P(AtMostOnce, AMotionAfterAConnectionWasLostBefore) {
-  proxy_
-      ->cut();  // the client finds its connection gone and opens another; JacORB may first wait its 20 s for a reply
+  // The client finds its connection gone and opens another. JacORB may first wait its 20 s for a reply.
+  proxy_->cut();
   EXPECT_TRUE(wait_until(within(120), [&] { return client_.ask("get DoF") == "ok 4"; }));
   fmt::print("heard: {}\n", cut_off("Drive 0 20 60"));
   EXPECT_NEAR(joint_0(), 20.0, 1e-6);

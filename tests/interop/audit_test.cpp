@@ -120,8 +120,8 @@ TEST_F(Audit, NamesTheHolder) {
   mine->Release();
 }
 
-/// Control that nobody can use, since the reply with its reference was lost, is ended by the user whose processes these
-/// are.
+/// The user that runs the robot's processes ends control that no client can use, since the reply with its
+/// reference was lost.
 TEST_F(Audit, TheRobotsUserEndsControlThatNobodyHasTheKeyOf) {
   CutProxy proxy(port_);
   Corbot::Arm_var arm = connect(fmt::format("corbaloc::127.0.0.1:{}/{}", proxy.port(), name_));

@@ -134,7 +134,8 @@ TEST_F(CanDrives, ReportAnEmergencyInTheAlarms) {
   EXPECT_TRUE(arrives()) << off_counts();
 }
 
-/// Without power since the time of a fault: a person has not said Clear, and nothing of what drives do changes that.
+/// Without power since the time of a fault: a person has not said Clear, and nothing of what drives do
+/// changes that.
 class StoppedDrives : public CanDrives {
  protected:
   static std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
@@ -287,7 +288,7 @@ TEST_F(StoppedDrives, TurnedBeforeTheirEnergyCameAreHeldWhereTheyStand) {
   works_again();
 }
 
-/// Whoever turned it may still have his hands there.
+/// The person who turned the arm may still have their hands there.
 TEST_F(StoppedDrives, TurnedWhileNoTaskRanAreNotEnergisedAndNotDrivenBackBeforeAClear) {
   arm_->Move(0.20, 0.10, 0.10, 0.0, 0.0);
   ASSERT_TRUE(arrives()) << off_counts();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Python's canopen package, which is independent of corbot, as a master for the emulated drives and as drives
-// for the backend: what both sides of this project agree on is what the standard says.
+// Tests against Python's canopen package, which is independent of corbot: as a master for the emulated
+// drives, and as drives for the backend. If both sides of this project agree with it, they agree with the
+// standard.
 #include <gmock/gmock.h>
 
 #include <filesystem>

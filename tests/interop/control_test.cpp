@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exclusive control as clients see it: who has it moves the arm, everyone reads and stops it, and no key but the one that
-// was given out is of any use.
+// Tests exclusive control from the clients' side: the holder moves the arm, and every client reads and stops
+// it. Only the key that was given out is of any use.
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -248,7 +248,7 @@ TEST_F(Control, StopAndHoldLastsUntilClear) {
   mine->Drive(0, 1, 20);
 }
 
-/// What is no key, made from one that is.
+/// Returns invalid keys, made from a valid one.
 std::vector<std::pair<std::string, std::string>> bad_keys(const std::string& good) {
   std::string swapped = good;
   swapped.back() = swapped.back() == '0' ? '1' : '0';

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The connection of a motion's call is cut at any place: within the request, when the servant has got it and nothing is
-// planned yet, within the reply, and when the reply was sent and has not arrived. The arm has moved at most once, and what
-// the client hears agrees with that; and nothing that the servant answers forwards a client.
+// Cuts the connection of a motion's call at any place. The places are within the request, after the servant
+// has read it and before it plans, within the reply, and before the sent reply arrives. The arm moves at most
+// once, and the client's outcome agrees with that. No reply of the servant forwards a client.
 #include <signal.h>
 
 #include <filesystem>
@@ -68,7 +68,8 @@ class CutRig : public RobotRig {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
     return joints[0];
   }
-  /// Every connection of the servant has a peer: what came on those that were cut has been read, or never will be.
+  /// Every connection of the servant has a peer: what came on those that were cut has been read, or never
+  /// will be.
   [[nodiscard]] bool has_settled() const {
     std::set<std::string> good;
     for (const char* table : {"/proc/net/tcp", "/proc/net/tcp6"}) {
@@ -99,8 +100,8 @@ class CutRig : public RobotRig {
     }
     return true;
   }
-  /// How often `call`, which drives joint 0 by `by_deg`, has moved the arm. What was read and is not admitted when control
-  /// is given to somebody is never carried out.
+  /// Returns how often `call`, which drives joint 0 by `by_deg`, has moved the arm. A request that was read,
+  /// but not admitted when control is given to another client, is never carried out.
   int moves_of(const std::function<void()>& call, double by_deg) {
     const double before = joint_0();
     call();
@@ -149,7 +150,7 @@ class CutCalls : public CutRig, public ::testing::WithParamInterface<ClientKind>
     ASSERT_EQ(client_.ask(how), "ok");
     ASSERT_EQ(client_.ask("get DoF"), "ok 4");  // some ask the server for the object first, and once
   }
-  /// Whoever has lost a connection opens another.
+  /// A client that has lost a connection opens another.
   bool is_back() {
     return wait_until(within(60), [&] { return client_.ask("get DoF") == "ok 4"; });
   }
@@ -234,7 +235,7 @@ TEST_P(CutCalls, BeforeAnythingIsPlanned) {
 INSTANTIATE_TEST_SUITE_P(Clients, CutCalls, ::testing::ValuesIn(client_kinds()),
                          [](const auto& test) { return test.param.name; });
 
-/// What the exception says of the call's completion, and whether it invites to call again.
+/// Tests the completion status of the exception, and whether it invites the client to call again.
 TEST_F(CutRig, TheExceptionIsTrue) {
   Corbot::Arm_var arm = connect(corbaloc());
   ASSERT_FALSE(CORBA::is_nil(arm));

@@ -48,8 +48,9 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
     fixture_.reset();
     fs::remove_all(directory_);
   }
-  /// The Lynx 5, its backend replaced. On a machine too slow for the emulated drives, frames wait for them in the kernel.
-  /// The drives then tell where the arm was some 0.1 s ago, which is no following error of an arm.
+  /// The Lynx 5, its backend replaced. On a machine too slow for the emulated drives, frames wait for them in
+  /// the kernel. The drives then tell where the arm was some 0.1 s ago, which is no following error of an
+  /// arm.
   void write_profile() {
     profile_ = directory_ + "/arm.toml";
     std::string backend = fixture_->backend_section();
@@ -78,7 +79,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
     }
     return worst;
   }
-  /// What the servos do: their pulses, or where the shafts are.
+  /// Returns the servos' outputs: their pulses, or the positions of the shafts.
   std::vector<double> where() {
     if (!facts_.takes_joints) return fixture_->now();
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
@@ -86,14 +87,15 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
     for (CORBA::ULong i = 0; i < joints->length(); ++i) found.push_back(to_radians(joints[i]));
     return found;
   }
-  /// Allowed difference between two of them that are to be the same. What a device tells in steps may be the frame before
-  /// the last, which it did not get any more: an SSC-32 tells 10 us.
+  /// Returns the allowed difference between two of them that should be the same. A device that reports in
+  /// steps may report the frame before the last, if the last did not reach it: an SSC-32 reports steps of 10
+  /// us.
   [[nodiscard]] double still() const {
     const double told = GetParam().name.starts_with("ssc32") ? 10.0 : facts_.read_unit;
     return 2.0 * (facts_.unit + facts_.noise) + told + (facts_.takes_joints ? 1e-9 : 0.006);
   }
   bool arrives() {
-    // What the arm reports is what the device reads back, where it does.
+    // If the device reads back, the arm reports the value read.
     const double half_a_unit = 0.5 * (facts_.unit + facts_.read_unit) + (facts_.takes_joints ? 1e-9 : 0.006);
     return wait_until(within(20), [&] { return off() <= half_a_unit; });
   }

@@ -57,7 +57,8 @@ class EmergencyStopInput : public SerialRobot, public ::testing::WithParamInterf
     return list.empty() ? "" : std::string(list.back().text);
   }
 
-  /// A task that is to be refused; again when a pseudo-terminal's bytes have stood still, as they can on a busy machine.
+  /// A task that is to be refused; again when a pseudo-terminal's bytes have stood still, as they can on a
+  /// busy machine.
   RunResult begin_in_vain() {
     RunResult result{};
     for (int tries = 0; tries < 5; ++tries) {

@@ -64,7 +64,7 @@ TEST_F(ErrorState, ClearWithoutErrorDoesNothing) {
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
 }
 
-/// One alarm, whoever asks for it again, and whichever process is another one meanwhile.
+/// A hold is one alarm, whichever client requests it again, and whichever process is replaced meanwhile.
 TEST_F(ErrorState, AHoldIsListedOnceWhileItIsActive) {
   const auto listed = [&](bool is_active) {
     int count = 0;

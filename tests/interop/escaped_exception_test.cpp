@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a test program prints where an exception of CORBA escapes a test.
+// Tests the output of a test program if a CORBA exception escapes a test.
 #include <gmock/gmock.h>
 
 #include <cell.hh>
@@ -93,7 +93,7 @@ TEST(EscapedException, IsPrintedWithItsFields) {
       }) {
     EXPECT_THAT(done.output, ::testing::HasSubstr(std::string("The exception is CORBA's ") + line + "\n"));
   }
-  // What the interfaces may raise one day is printed, too.
+  // The printer also covers exceptions that the interfaces may raise one day.
   const std::regex declared("\n *exception +([A-Za-z]+)");
   for (const char* file : {"robot.idl", "arm.idl", "cell.idl"}) {
     const std::string text = idl(file);

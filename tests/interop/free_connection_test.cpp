@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A client's Stop gets through whatever its other calls wait for: omniORB's clients have five connections to a server and
-// carry one call on each, so no more than four calls of a host may stay blocked, of all kinds together.
+// A client's Stop gets through whatever its other calls wait for. omniORB's clients have five connections to
+// a server and carry one call on each. So no more than four calls of a host may stay blocked, of all kinds
+// together.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -19,8 +20,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Calls of one client. The delays begin before the task is frozen, what follows them then; $first is the ticket of the
-/// first.
+/// Calls of one client. The delays begin before the task is frozen, what follows them then; $first is the
+/// ticket of the first.
 struct Mix {
   int delays;
   std::vector<std::string> then;

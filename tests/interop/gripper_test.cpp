@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of a servo, which says nothing.
+/// A gripper on a servo, which reports nothing.
 class Gripper : public RobotRig {};
 
 TEST_F(Gripper, GoesToAnOpening) {

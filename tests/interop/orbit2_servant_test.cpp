@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What only the servant on ORBit2 has: its refusals, its Unix socket.
+// Tests the parts that only the servant on ORBit2 has: its refusals, its Unix socket.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <ifaddrs.h>

@@ -47,7 +47,8 @@ class Places : public RobotRig {
     for (int i = 0; i < kOfAHost; ++i) {
       callers.emplace_back([&] {
         std::string raised;
-        // Where the machine stands still for a second, the Stop before may count for a call that came after it.
+        // Where the machine stands still for a second, the Stop before may count for a call that came after
+        // it.
         do raised = raised_by([&] { arm_->Delay(600.0); });
         while (raised == "Stopped" && !stopping);
         if (raised == "Stopped") ++stopped;
@@ -169,7 +170,8 @@ TEST_F(Places, OfFiveProcessesOverTcpTheFifthIsRefusedAndAnotherStopsThem) {
   stop_by_another_process(clients, reference_);
 }
 
-/// A robot whose queue has room for a class. Its clients come over a Unix socket, where the kernel names the process.
+/// A robot whose queue has room for a class. Its clients come over a Unix socket, where the kernel names the
+/// process.
 class PlacesOfAClass : public Places {
  protected:
   void SetUp() override {
@@ -226,8 +228,8 @@ TEST_F(Places, AStopAmongFourBlockedCallsIsQuick) {
   EXPECT_LT(after_restart_s.front(), kBound_s);
 }
 
-/// A client that has gone, in one of several ways: how long its host's places stay taken after that. The best of some
-/// runs: any may meet a machine that stands still.
+/// A client that has gone, in one of several ways: how long its host's places stay taken after that. The best
+/// of some runs: any may meet a machine that stands still.
 class PlacesOfTheGone : public Places {
  protected:
   using Gone = void (RawConnection::*)();
@@ -251,7 +253,8 @@ class PlacesOfTheGone : public Places {
       const auto call = [&] { EXPECT_TRUE(clients.back().send(giop_request(1, name_, "Delay", {3000.0}))); };
       call();
       EXPECT_TRUE(wait_until(within(30), [&] {
-        // Where the machine stands still for a second, the Stop before may count for a call that came after it.
+        // Where the machine stands still for a second, the Stop before may count for a call that came after
+        // it.
         if (clients.back().reply(Clock::now())) call();
         return has_ticket(next + static_cast<Corbot::Ticket>(i));
       }));

@@ -125,7 +125,7 @@ TEST_F(PowerUp, TheLastPositionIsTakenUpAndTheFirstMotionIsSlow) {
   EXPECT_NEAR(fastest_rate(), 1.0, 1e-9);
 }
 
-/// Whoever asked for it may still stand at the arm.
+/// The person who requested the hold may still stand at the arm.
 TEST_F(PowerUp, AHoldOutlivesAChangeOfTheProfile) {
   write_profile("[backend]\nkind = \"loopback\"\n");
   power_up();

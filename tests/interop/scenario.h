@@ -12,7 +12,8 @@
 
 namespace corbot::test {
 
-/// A robot, a naming service and a client of the matrix, which carries out the scenario with the numbers of the robot's arm.
+/// A robot, a naming service and a client of the matrix, which carries out the scenario with the numbers of
+/// the robot's arm.
 class Scenario : public RobotRig {
  protected:
   void SetUp() override {}  // begin() does

@@ -125,10 +125,11 @@ class SerialFaults : public ::testing::TestWithParam<Kind> {
       return true;
     });
   }
-  /// By how much a pulse went further than in two frames at 400 us/s, or than a motion that a busy machine
-  /// has held up: between two rows, in the backend's thread, or in the emulator, which then takes several
-  /// frames at once. Rows are one servo frame apart, or nothing changed between them. The first
-  /// pulse of a servo is no step: it may be anywhere, and no controller can know where.
+  /// Returns how much further a pulse went than allowed, in us. It may go as far as two frames at 400 us/s,
+  /// and as a motion that a busy machine has held up. The hold-up may be between two rows, in the backend's
+  /// thread, or in the emulator, which then takes several frames at once. Rows are one servo frame apart, or
+  /// nothing changed between them. The first pulse of a servo is no step: it may be anywhere, and no
+  /// controller can know where.
   [[nodiscard]] double worst_jump() {
     std::map<std::uint32_t, DeviceRow> last;
     const double held_up_s = driver_->oldest_s() + late_s();
@@ -193,7 +194,8 @@ TEST_P(SerialFaults, ARestartIsNoticedAndTheWayBackIsSlow) {
 }
 
 TEST_P(SerialFaults, AShortLossOfPowerIsFollowedByNoPulseUntilClear) {
-  // Power that is back within the time of one command on the line finds the rest of it there: no shorter ones.
+  // Power that is back within the time of one command on the line finds the rest of it there: no shorter
+  // ones.
   const int shortest_ms = GetParam().period_s > 0.03 ? 100 : 20;
   for (const int ms : {shortest_ms, 33, 150, 270, 330}) {
     if (ms < shortest_ms) continue;

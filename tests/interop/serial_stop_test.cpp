@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stop while a serial controller is under way, after the emulator's own record of its pulses: it follows
-// the frames of the ramp to their end and nowhere else, also where it interpolates between frames that are
-// far apart.
+// Tests a stop while a serial controller is under way, by the emulator's own record of its pulses. The pulses
+// follow the frames of the ramp to their end and nowhere else. So they do if the controller interpolates
+// between frames that are far apart.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -43,7 +43,7 @@ class SerialStop : public SerialRobot, public ::testing::WithParamInterface<Cont
     }
     return values;
   }
-  /// Of the base, where the robot reports it.
+  /// Returns the base's pulse at the angle that the robot reports.
   [[nodiscard]] double set_point_us() {
     Corbot::JointCoord_var joints = arm_->ArtiCoord();
     return base_.zero_us + base_.direction * base_.us_per_q * to_radians(joints[0]);

@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// A gantry of three slides, x and y of half a metre, z of 0.2 m. Without a device of its own it is simulated.
+/// A gantry of three slides, x and y of half a metre, z of 0.2 m. Without a device of its own it is
+/// simulated.
 class Slides : public RobotRig {
  protected:
   void SetUp() override {

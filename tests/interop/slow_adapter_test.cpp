@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An FTDI adapter as it is delivered, which hands over what it has received every 16 ms: the rate that is reached is not
-// the one that was announced, which is reported, and the arm is slowed on its path instead of cutting its corners.
+// Tests an FTDI adapter as delivered, which hands over its received bytes every 16 ms. The rate reached is
+// thus not the announced one, and corbot reports the difference. The arm slows down on its path instead of
+// cutting its corners.
 #include <gmock/gmock.h>
 
 #include <chrono>

@@ -2,7 +2,8 @@
 """An independent CANopen peer, on Python's canopen package.
 
 peer.py master BUS   drives node 1 of an emulator through everything a master does; 'ok' at the end
-peer.py drives BUS N are N drives for corbot's backend: 'ready', then answers 'positions' with 'positions 1=COUNTS ...'
+peer.py drives BUS N are N drives for corbot's backend: 'ready', then answers 'positions' with
+                     'positions 1=COUNTS ...'
 
 BUS: a CAN interface, or unix:/path of a virtual bus.
 """
@@ -86,8 +87,10 @@ def dictionary(node):
     variable(0x1001, 'error register', U8)
     variable(0x1005, 'SYNC identifier', U32, 0x80)
     variable(0x1017, 'producer heartbeat', U16)
-    for base, mapping, cob, first in ((0x1400, 0x1600, 0x200, 0x60400010), (0x1800, 0x1A00, 0x180, 0x60410010)):
-        record(base, 'parameters %X' % base, [('highest', U8, 2), ('identifier', U32, cob + node), ('type', U8, 255)])
+    for base, mapping, cob, first in ((0x1400, 0x1600, 0x200, 0x60400010),
+                                      (0x1800, 0x1A00, 0x180, 0x60410010)):
+        record(base, 'parameters %X' % base,
+               [('highest', U8, 2), ('identifier', U32, cob + node), ('type', U8, 255)])
         record(mapping, 'mapping %X' % mapping, [('count', U8, 1), ('1', U32, first)] +
                [(str(i), U32, 0) for i in range(2, 9)])
     variable(0x603F, 'error code', U16)

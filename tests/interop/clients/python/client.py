@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Test client of Corbot::Arm over omniORBpy: reads a command a line, answers each with one line. It knows no operation by
-# name.
+# Test client of Corbot::Arm over omniORBpy: reads a command a line, answers each with one line. It knows no
+# operation by name.
 import re
 import sys
 import threading
@@ -63,7 +63,9 @@ def scalar(word):
 
 
 def struct(members):
-    """Structures are told apart by what is in them: Point {x y z}, Quaternion {w x y z}, Pose {Point Quaternion}."""
+    """Return the structure of these members.
+    Their number tells its kind: Point {x y z}, Quaternion {w x y z}, Pose {Point Quaternion}.
+    """
     of = {2: Corbot.Pose, 3: Corbot.Point, 4: Corbot.Quaternion}.get(len(members))
     if of is None:
         raise Misuse(f'no structure has {len(members)} members')
@@ -71,7 +73,9 @@ def struct(members):
 
 
 def arguments(words, end=None):
-    """The numbers, strings, enumerations, structures {...} and sequences [...] that the words spell, up to the bracket `end`."""
+    """Return the arguments that the words spell, up to the bracket `end`.
+    They are numbers, strings, enumerations, structures {...} and sequences [...].
+    """
     found = []
     words = iter(words)
     for word in words:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# Back end of omniidl (-bcombat_ir): prints the definitions as the `combat::ir add` command that Combat reads. Combat's
-# own idl2tcl would do the same, but only from a running interface repository, which Debian does not have.
+# Back end of omniidl (-bcombat_ir): prints the definitions as the `combat::ir add` command that Combat reads.
+# Combat's own idl2tcl would do the same, but only from a running interface repository, which Debian does not
+# have.
 from omniidl import idlast, idltype
 
 NAMES = {

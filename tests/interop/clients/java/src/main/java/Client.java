@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Test client of Corbot::Arm over JacORB: reads a command a line, answers each with one line. It knows no operation
-// by name; argument and result types are found by reflection over the stub classes.
+// Test client of Corbot::Arm over JacORB: reads a command a line, answers each with one line. It knows no
+// operation by name; argument and result types are found by reflection over the stub classes.
 
 import Corbot.Arm;
 import Corbot.ArmHelper;
@@ -47,7 +47,8 @@ public final class Client {
     System.setOut(System.err);
     System.setProperty("org.omg.CORBA.ORBClass", "org.jacorb.orb.ORB");
     System.setProperty("org.omg.CORBA.ORBSingletonClass", "org.jacorb.orb.ORBSingleton");
-    // A request that JacORB writes while it finds the connection's end is forgotten: its caller waits for ever.
+    // A request that JacORB writes while it finds the connection's end is forgotten: its caller waits for
+    // ever.
     System.setProperty("jacorb.connection.client.pending_reply_timeout", "20000");
     Client client = new Client();
     BufferedReader commands = new BufferedReader(new InputStreamReader(System.in));
@@ -69,7 +70,8 @@ public final class Client {
           arm = ArmHelper.narrow(orb.string_to_object(first));
           return "ok";
         case "resolve":
-          arm = ArmHelper.narrow(NamingContextExtHelper.narrow(orb.string_to_object(first)).resolve_str(rest));
+          arm = ArmHelper.narrow(
+              NamingContextExtHelper.narrow(orb.string_to_object(first)).resolve_str(rest));
           return "ok";
         case "get":
           return attribute(first).run();
@@ -116,7 +118,8 @@ public final class Client {
   }
 
   private Call operation(String text) throws ReflectiveOperationException {
-    Deque<String> words = new ArrayDeque<>(List.of(text.replaceAll("[{}\\[\\]]", " $0 ").trim().split("\\s+")));
+    Deque<String> words =
+        new ArrayDeque<>(List.of(text.replaceAll("[{}\\[\\]]", " $0 ").trim().split("\\s+")));
     Method method = method(words.removeFirst());
     List<Object> arguments = new ArrayList<>();
     for (Class<?> type : method.getParameterTypes()) {
@@ -231,6 +234,7 @@ public final class Client {
   // The members of an IDL struct or exception; none of a basic type or an enumeration.
   private static List<Field> fields(Class<?> type) {
     return Arrays.stream(type.getDeclaredFields())
-        .filter(field -> Modifier.isPublic(field.getModifiers()) && !Modifier.isStatic(field.getModifiers())).toList();
+        .filter(field -> Modifier.isPublic(field.getModifiers()) && !Modifier.isStatic(field.getModifiers()))
+        .toList();
   }
 }
