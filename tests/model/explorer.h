@@ -13,19 +13,19 @@
 
 // A stateless, exhaustive model checker for a few threads over a few atomic variables and plain cells.
 //
-// What is explored: every execution that the C++20 memory model allows for the given threads with relaxed,
-// acquire and release loads and stores (release-acquire fragment of RC11: coherence, happens-before through
-// release stores read by acquire loads, no read-modify-writes, no fences, no seq_cst), each exactly once.
-// Such an execution is determined by which store each load reads, so that is what is chosen, rather than an
-// order of steps: a load may return any store that has been executed and that coherence and happens-before do
-// not hide from its thread, or it waits until another thread has executed a further store to that variable
-// and chooses again. There is no bound on pre-emptions or staleness; the programs are written with
-// bounds (records, attempts).
+// The explorer runs every execution that the C++20 memory model allows for the given threads, each exactly
+// once. The threads use relaxed, acquire and release loads and stores. This is the release-acquire fragment
+// of RC11: coherence, and happens-before through release stores read by acquire loads. It has no
+// read-modify-writes, no fences and no seq_cst. The stores that the loads read determine such an execution.
+// The explorer therefore chooses these stores, not an order of steps. A load may return any executed store
+// that coherence and happens-before do not hide from its thread. Or it waits until another thread has
+// executed a further store to that variable, and chooses again. There is no bound on pre-emptions or
+// staleness; the programs are written with bounds (records, attempts).
 //
-// What is left out: executions in which a load reads a store that depends on that same load (cycles of
-// program order and reads-from; no compiler or machine is known to show them for dependent stores), and
-// variables with several writers, whose modification order would have to be chosen, too: the explorer refuses
-// the latter.
+// Two kinds of execution are left out. In the first, a load reads a store that depends on that same load:
+// cycles of program order and reads-from. No compiler or machine is known to show them for dependent stores.
+// In the second, a variable has several writers, whose modification order would have to be chosen, too. The
+// explorer refuses such variables.
 //
 // Plain cells are checked for data races with vector clocks. They need no choice of their own: whether two
 // accesses are ordered does not depend on which is executed first.
