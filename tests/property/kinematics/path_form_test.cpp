@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds along a stretch of path, for random arms of every family on random parabolas: what is proved holds at every sample, and what
-// leaves the workspace is never proved. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number.
+// Bounds along a stretch of path, for random arms of every family on random parabolas: what is proved holds
+// at every sample, and what leaves the workspace is never proved. CORBOT_SEED in the environment sets another
+// seed, CORBOT_CASES another number.
 #include "corbot/kinematics/path_form.h"
 
 #include <gtest/gtest.h>
@@ -94,7 +95,8 @@ void check(const Kinematics& arm, RandomArm& random, Tally& tally) {
   ASSERT_FALSE(left && bound.is_proved) << "proved beyond the workspace";
   tally.left += left ? 1 : 0;
 
-  // A cell on which no joint moves by more than a thousandth is proved, and tightly, but next to a singularity.
+  // A cell on which no joint moves by more than a thousandth is proved, and tightly, but next to a
+  // singularity.
   const auto size = [](double a, double b) { return std::abs(a) < std::abs(b); };
   const double most = *std::max_element(bound.rate_middle.begin(), bound.rate_middle.end(), size);
   if (form.is_regular() && half_width * std::abs(most) < 1e-3) {
@@ -151,7 +153,8 @@ TEST(Stretches, OfPolarArms) {
   stretches([](RandomArm& r) { return r.polar(r.coin() ? 3 : 6); });
 }
 
-/// The closer bounds that a base and planar arm with a wrist has of its own, with tools far off and bases that stand askew.
+/// The closer bounds that a base and planar arm with a wrist has of its own, with tools far off and bases
+/// that stand askew.
 TEST(Stretches, OfPlanarArmsByTheirOwnBounds) {
   RandomArm random{std::mt19937_64(test::seed())};
   long proved = 0, left = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FK(IK(p)) = p over a million seeded points and tool pitches of four-axis arms. CORBOT_SEED in the environment sets another seed.
+// FK(IK(p)) = p over a million seeded points and tool pitches of four-axis arms. CORBOT_SEED in the
+// environment sets another seed.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -65,7 +66,8 @@ struct Sampler {
   }
 };
 
-/// Whether the tool is behind the base axis, seen along the heading of the arm's plane; on the axis it is not.
+/// Whether the tool is behind the base axis, seen along the heading of the arm's plane; on the axis it is
+/// not.
 bool is_backward(const ToolPose& pose) {
   const double ahead =
       pose.position_m[0] * std::cos(pose.yaw_rad) + pose.position_m[1] * std::sin(pose.yaw_rad);

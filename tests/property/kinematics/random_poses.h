@@ -13,8 +13,9 @@
 #include "corbot/kinematics/path_form.h"
 #include "random_arm.h"
 
-// A family over seeded poses of random arms, a hundred an arm: forward is the product of the matrices, and every solution comes
-// back. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number; `scripts/nightly release` runs a million.
+// A family over seeded poses of random arms, a hundred an arm: forward is the product of the matrices, and
+// every solution comes back. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number;
+// `scripts/nightly release` runs a million.
 
 namespace corbot::test {
 
@@ -40,8 +41,8 @@ double lateral_m(const Form&) {
   return 0.0;
 }
 
-/// Joints with the tool (of six joints: the wrist) on the family's first axis, or next to it, or as far from it as it must be at
-/// least: by way of the inverse.
+/// Returns joints with the tool on the family's first axis, next to it, or at the least distance from it. For
+/// six joints the wrist is there instead of the tool. The joints come from the inverse.
 inline std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, const Joints& q) {
   const Mounting& mount = arm.visit([](const auto& form) -> const Mounting& { return mount_of(form); });
   const double lateral = arm.visit([](const auto& form) { return lateral_m(form); });
@@ -54,7 +55,8 @@ inline std::optional<Joints> on_axis(const Kinematics& arm, RandomArm& random, c
   return set.entries[0].solution.joints_q;
 }
 
-/// Whether a singularity may be within 1e-6 m and rad of the pose: joints that cannot be proved to follow so far.
+/// Whether a singularity may be within 1e-6 m and rad of the pose: joints that cannot be proved to follow so
+/// far.
 inline bool is_beside_singularity(const Kinematics& arm, const Joints& q) {
   return !PathForm(arm, q).bound({1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6}, {}, 1.0).is_proved;
 }
@@ -113,7 +115,8 @@ inline void check(const Kinematics& arm, const DhTable& table, const Joints& q, 
   tally.singular += singular ? 1 : 0;
 }
 
-/// `table_of` makes an arm of this family; `go_singular(family, random, q)` brings joints to, or next to, a place where two solutions meet.
+/// `table_of` makes an arm of this family; `go_singular(family, random, q)` brings joints to, or next to, a
+/// place where two solutions meet.
 template <class Form, class GoSingular>
 void random_poses(const std::function<DhTable(RandomArm&)>& table_of, const GoSingular& go_singular) {
   RandomArm random{std::mt19937_64(seed())};

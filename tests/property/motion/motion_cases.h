@@ -45,7 +45,8 @@ inline std::vector<Case> motion_cases() {
   return all;
 }
 
-/// Into how many cases the motions are divided: the Lynx 5 has a half of them, all other cases have as many as one another.
+/// Into how many cases the motions are divided: the Lynx 5 has a half of them, all other cases have as many
+/// as one another.
 inline std::int64_t shares_of(const std::string& arm) {
   const auto is_lynx5 = [](const std::string& name) { return name == "lynx5"; };
   const std::vector<Case> all = motion_cases();

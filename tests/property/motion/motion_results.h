@@ -8,7 +8,8 @@
 
 namespace corbot::test {
 
-/// Figures of a run of random motions. Those of several runs add up: counts are summed, and the worst of each figure stays.
+/// Figures of a run of random motions. Those of several runs add up: counts are summed, and the worst of each
+/// figure stays.
 struct MotionResults {
   std::map<std::string, std::uint64_t> counts;
   std::map<std::string, double> worst;
@@ -17,8 +18,8 @@ struct MotionResults {
   void add(const MotionResults& other);
 };
 
-/// Appends a line with the results to the file and returns the sum of all its lines. Throws std::runtime_error where the file
-/// cannot be written or a line is no result.
+/// Appends a line with the results to the file and returns the sum of all its lines. Throws
+/// std::runtime_error where the file cannot be written or a line is no result.
 MotionResults add_to_file(const std::filesystem::path& file, std::uint64_t seed,
                           const MotionResults& results);
 

@@ -38,7 +38,7 @@ constexpr int kDefaultMotions = 40000;
 constexpr int kDefaultMotions = 40000;
 #endif
 constexpr std::uint64_t kDefaultSeed = 20260101;
-/// Of a limit, with what the watcher allows for rounding.
+/// The share of a limit that a motion may reach, with the watcher's allowance for rounding.
 constexpr double kMostShare = 1.00001;
 
 enum class Interruption {
@@ -61,7 +61,7 @@ std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-/// Of all cases of this run.
+/// The results of all cases of this run.
 MotionResults run_results;
 
 const char* results_file() { return std::getenv("CORBOT_MOTION_RESULTS"); }
@@ -297,7 +297,8 @@ bool Motions::check_end(const Command& command) {
   return false;
 }
 
-/// The press was a moment: the energy goes when the arm is at rest, and comes back by a Clear, without a motion.
+/// The press was a moment: the energy goes when the arm is at rest, and comes back by a Clear, without a
+/// motion.
 bool Motions::clear_after_press() {
   rig_.emergency_stop->set(StopSource::kGpio, false);
   const Joints at_rest = rig_.snapshot.position_q;
@@ -429,7 +430,7 @@ void Motions::one_motion(Kind kind) {
     // Where a path finds no room, the arm goes elsewhere by its joints.
     const PlanResult planned = plan(attempt % 8 == 7 ? Kind::kJoint : kind);
     if (const auto* refusal = std::get_if<PlanRefusal>(&planned)) {
-      // Of those a path that needs too many knots says more of the planner than of the arm.
+      // A refusal for too many knots says more of the planner than of the arm.
       run_results.counts["paths_without_knots"] += refusal->text.find(" knots") != std::string::npos ? 1 : 0;
       continue;
     }

@@ -11,10 +11,11 @@
 
 namespace corbot::test {
 
-/// How long a stop may take, and how fast the arm may become on it. Measured by what the limits allow each law of the
-/// motion by itself: from its speed and acceleration at the jerk -j to -a, on at -a, at +j to rest; an acceleration of a
-/// is taken back while the speed rises by a²/2j. Where one law alone moves nothing hinders that. Several joints have one
-/// path: one that just gives up its acceleration at its own jerk lets the others slow down no sooner.
+/// Judges how long a stop takes, and how fast the arm becomes on it. The measure is the stop that the limits
+/// allow each law of the motion by itself. From its speed and acceleration the law goes at the jerk -j to -a,
+/// on at -a, and at +j to rest. An acceleration of a is taken back while the speed rises by a²/2j. If one law
+/// alone moves, nothing hinders that stop. Several joints have one path: a joint that just gives up its
+/// acceleration at its own jerk lets the others slow down no sooner.
 class StopJudge {
  public:
   struct Most {

@@ -148,8 +148,9 @@ bool Watcher::see_path() {
   return true;
 }
 
-/// Of arms that follow an orientation; the heading of others goes with their joints. The tool turns about one axis, and does not
-/// turn back: the differences of its angles are those of its rotation.
+/// Checks the turn of arms that follow an orientation; the heading of other arms goes with their joints. The
+/// tool turns about one axis, and does not turn back: the differences of its angles are those of its
+/// rotation.
 bool Watcher::see_turn() {
   if (arm_.kinematics.follows() != Follows::kFull) return true;
   const PathLimits& limits = arm_.path;

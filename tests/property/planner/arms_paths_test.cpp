@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random lines, arcs and motions to a point of every family's arms, run at 1 kHz as the real-time task runs them, and accepted by
-// its gate: the tool stays on its path with its orientation, within every limit of joints and tool, and arrives.
+// Runs random lines, arcs and motions to a point of every family's arms at 1 kHz, as the real-time task runs
+// them. The task's gate accepts each. The tool stays on its path with its orientation, within every limit of
+// joints and tool, and arrives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,7 +94,8 @@ class Paths : public Joint {
     }
   }
 
-  /// Whether a roll leaves the tool's x axis, whose pitch is asked for, where it is; the so101's is square to it.
+  /// Whether a roll leaves the tool's x axis, whose pitch is asked for, where it is; the so101's is square to
+  /// it.
   bool points_along_roll_axis() {
     if (arm_.kinematics.follows() == Follows::kPitch) return true;
     const Vector3 before = rotate(arm_.kinematics.forward({}).orientation, {1.0, 0.0, 0.0});
@@ -176,7 +178,8 @@ TEST_P(Paths, MotionsToAPointArriveWithTheOrientation) {
   }
 }
 
-/// One joint after the other or all at once, by turns within a time of the caller's; also arms without lines and arcs.
+/// One joint after the other or all at once, by turns within a time of the caller's; also arms without lines
+/// and arcs.
 TEST_P(Joint, MotionsKeepTheLimitsAndArrive) {
   const int cases = test::cases(500);
   for (int i = 0; i < cases; ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines and arcs with random tools, of arms that stand anywhere, carried out as the real-time task does: by a model with the profile's
-// frames and what the record says. In every tick the tool centre point of that tool is on its path, within every limit.
+// Lines and arcs with random tools, of arms that stand anywhere, carried out as the real-time task does: by a
+// model with the profile's frames and what the record says. In every tick the tool centre point of that tool
+// is on its path, within every limit.
 #include <gtest/gtest.h>
 
 #include <random>

@@ -32,7 +32,7 @@ void check_law(const TimeLaw& law, const LawLimits& limits) {
     ASSERT_LE(std::abs(now.velocity), limits.velocity * kSlack);
     ASSERT_LE(std::abs(now.acceleration), limits.acceleration * kSlack);
     ASSERT_LE(std::abs(now.jerk), limits.jerk * kSlack);
-    // What the next derivative's limit allows between two samples bounds every jump.
+    // The limit of the next derivative, times the step, bounds every jump.
     const double rounding = 1e-12;
     ASSERT_LE(std::abs(now.position - last.position),
               limits.velocity * step_s * kSlack + rounding * std::abs(law.distance));

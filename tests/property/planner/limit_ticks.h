@@ -13,8 +13,9 @@
 #include "planner/plan/plan.h"
 #include "rt/cycle/path_evaluation.h"
 
-// How near a planned motion comes to each limit of each joint and of the tool, from its set-points, at 1 kHz unless told. A difference over a tick is
-// a mean of the derivative, so it never exceeds the derivative's peak.
+// Measures how near a planned motion comes to each limit of each joint and of the tool. It takes the
+// set-points at 1 kHz unless the caller gives another rate. A difference over a tick is a mean of the
+// derivative, so it never exceeds the derivative's peak.
 
 namespace corbot::test {
 
@@ -82,7 +83,8 @@ class LimitTicks {
 
  private:
   static constexpr int kMostTicks = 20'000;
-  /// A set-point's (rad or m), and a tool's: some units in the last place of numbers up to 4. The n-th difference has 2^n times that.
+  /// A set-point's (rad or m), and a tool's: some units in the last place of numbers up to 4. The n-th
+  /// difference has 2^n times that.
   static constexpr double kRounding = 2e-15;
 
   struct Tick {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random lines, arcs and motions to a point of arms without a closed form, run at 1 kHz as the real-time task runs them: the tool
-// stays within 1e-6 m and 1e-6 rad of what was asked for, within every limit of joints and tool, and arrives.
+// Runs random lines, arcs and motions to a point of arms without a closed form at 1 kHz, as the real-time
+// task runs them. The tool stays within 1e-6 m and 1e-6 rad of the requested path, within every limit of
+// joints and tool, and arrives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -86,7 +87,7 @@ std::vector<Kind> kinds() {
           {"ThreeJoints", [](Random& random, int i) { return model(any_chain(random, 3, i % 3 == 0)); }}};
 }
 
-/// What became of the path in every tick.
+/// The worst deviations and rates of the path over all ticks.
 struct Track {
   double off_m{}, off_rad{}, joint_speed{}, acceleration{}, jerk{};
   std::size_t knots{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random lines and arcs, run at 1 kHz as the real-time task runs them: reach, deviation, range and speed of
-// every joint at every tick, the path's own limits, and the end.
+// Runs random lines and arcs at 1 kHz, as the real-time task runs them. It checks reach, deviation, range and
+// speed of every joint at every tick, the path's own limits, and the end.
 #include <gtest/gtest.h>
 
 #include <algorithm>

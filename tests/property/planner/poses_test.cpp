@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random poses and offsets of six-axis arms: the line runs on its line and turns about one axis at a constant rate in step with
-// the path, in every tick; both motions end at the pose.
+// Runs random poses and offsets of six-axis arms. The tool stays on its line, and turns about one axis at a
+// constant rate in step with the path, in every tick. Both motions end at the pose.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,8 @@ using test::Point;
 
 constexpr double kExact = 1e-9;  // m and rad
 
-/// Spherical linear interpolation of unit quaternions (Shoemake 1985), by the shorter way: written apart from the planner's own.
+/// Spherical linear interpolation of unit quaternions (Shoemake 1985), by the shorter way: written apart from
+/// the planner's own.
 Quaternion slerp(const Quaternion& a, Quaternion b, double s) {
   double cosine = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
   if (cosine < 0.0) {

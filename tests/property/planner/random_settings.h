@@ -6,7 +6,8 @@
 
 namespace corbot::test {
 
-/// The settings of case `i`: speeds, and what the arm follows of an orientation. `in(low, high)` draws a number.
+/// The settings of case `i`: speeds, and what the arm follows of an orientation. `in(low, high)` draws a
+/// number.
 template <class Draw>
 PlanSettings random_settings(const ArmModel& arm, int i, const PlanStart& from, Draw&& in) {
   PlanSettings s;

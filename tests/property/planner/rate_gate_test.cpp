@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The task's gate for lines and arcs: every plan passes, and what passes with altered bytes keeps its path and all limits.
+// The task's gate for lines and arcs: every plan passes, and what passes with altered bytes keeps its path
+// and all limits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,7 +59,7 @@ class RateGate : public test::RandomRates {
     return sent;
   }
 
-  /// Of the gate, as the cycle asks it.
+  /// Returns the gate's verdict, as the cycle gets it.
   rt::CommandVerdict verdict(const Sent& sent) {
     const rt::CommandVerdict fields =
         rt::check_command(arm_, sent.command, {sent.command.id - 1, sent.command.start_q, 0.0});
@@ -84,7 +85,7 @@ class RateGate : public test::RandomRates {
     }
   }
 
-  /// Of forward and inverse kinematics, as the cycle looks at them.
+  /// Checks that forward and inverse kinematics agree, as the cycle does.
   void expect_agreement(const Sent& sent) {
     const bool is_arc = sent.command.kind == MotionKind::kArc;
     Kinematics framed = arm_.kinematics;

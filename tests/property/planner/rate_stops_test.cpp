@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stops, pauses and overrides at random instants of random lines and arcs: every limit of every joint and of the tool at every tick, the
-// tool on its path, and rest in time.
+// Stops, pauses and overrides random lines and arcs at random instants. The tests check every limit of every
+// joint and of the tool at every tick, the tool's path, and rest in time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ using test::state_of;
 constexpr double kTick_s = 1e-3;
 constexpr double kWithin = 1.000'01;
 
-/// Of max(v/a + a/j), within which each motion rests.
+/// Returns the multiple of max(v/a + a/j) within which each motion rests.
 double most_ramps(const PlanSettings& s) {
   const bool is_full = s.speed_ratio == 1.0 &&
                        *std::min_element(s.joint_speed_ratio.begin(), s.joint_speed_ratio.end()) == 1.0;
@@ -73,7 +73,8 @@ class RateStops : public test::RandomRates {
     return t_s;
   }
 
-  /// Virtual times of a motion that is overridden a few times, and paused, and then stopped. Sets how long the stop takes.
+  /// Virtual times of a motion that is overridden a few times, and paused, and then stopped. Sets how long
+  /// the stop takes.
   std::vector<double> run(const RatePlan& plan, const rate::RateLimits& limits, double& stop_s) {
     const double duration_s = plan.law.duration_s();
     governor_.begin(plan.curve, in(0.0, 1.0) < 0.5 ? 1.0 : in(0.0, 1.0));
@@ -144,7 +145,7 @@ class RateStops : public test::RandomRates {
     }
   }
 
-  /// What the task's check has passed; the plan owns its path.
+  /// A motion that has passed the task's check; the plan owns its path.
   struct Passed {
     ArmModel arm;  ///< in the command's frames
     rate::RatePath path;
@@ -240,7 +241,8 @@ TEST_P(RateStops, TheTaskSeeksAQuickerCurveUntilItRests) {
   EXPECT_LT(task_s, 0.985 * once_s);
 }
 
-/// Overrides, pauses and stops at random cycles, half of them while the one before is under way. Then the rate is 1 until the end.
+/// Overrides, pauses and stops at random cycles, half of them while the one before is under way. Then the
+/// rate is 1 until the end.
 std::vector<double> times_of(rt::MotionRate& motion, double duration_s, double dt_s,
                              std::mt19937_64& random) {
   const auto in = [&](double low, double high) {

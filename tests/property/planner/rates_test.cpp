@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random lines and arcs of all kinds of arm at their limits: every limit of every joint and of the tool at every tick, the tool on its
-// path, and exact ends. Singular starts are among them, and lines through a singular wrist.
+// Runs random lines and arcs of all kinds of arm at their limits. It checks every limit of every joint and of
+// the tool at every tick, the tool's path, and exact ends. Singular starts are among them, and lines through
+// a singular wrist.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -108,8 +109,8 @@ INSTANTIATE_TEST_SUITE_P(Arms, Rates,
 
 class RatesThroughWrist : public Rates {
  protected:
-  /// A line that leads at this distance past a place where axes 4 and 6 are in one line. Some leave the reach elsewhere. Some come near such
-  /// a place once more.
+  /// A line that leads at this distance past a place where axes 4 and 6 are in one line. Some leave the reach
+  /// elsewhere. Some come near such a place once more.
   void check_line(double miss_m) {
     constexpr double kInLine_q = to_radians(-45.0);
     Joints there_q = start(1).position_q;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn as an arm's reach, over the shipped profiles.
+// Tests the drawing of an arm's reach, over the shipped profiles.
 #include <gtest/gtest.h>
 
 #include <algorithm>

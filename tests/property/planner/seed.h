@@ -17,8 +17,8 @@ inline std::uint64_t seed() {
   return value;
 }
 
-/// CORBOT_CASES from the environment, or as many as a quick run takes. The sanitizers look for faults of memory, which
-/// a sixteenth of the cases shows, too.
+/// CORBOT_CASES from the environment, or as many as a quick run takes. The sanitizers look for faults of
+/// memory, which a sixteenth of the cases shows, too.
 inline int cases(int usual) {
   const char* text = std::getenv("CORBOT_CASES");
   return text != nullptr ? std::atoi(text) : CORBOT_SANITIZED ? usual / 16 : usual;
