@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Progress of what runs, by its lines of output. The host and the guest source this.
 
-# pass_lines SILENCE_S: prints each line of its standard input. It returns 0 at the end, 1 after SILENCE_S seconds without a line.
+# pass_lines SILENCE_S: prints each line of its standard input. It returns 0 at the end, 1 after SILENCE_S
+# seconds without a line.
 pass_lines() {
   local line status
   while true; do

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What cases share; sourced. The caller is in the project's top directory, and the environment names the devices.
+# Functions that all cases share; sourced. The caller is in the project's top directory, and the environment
+# names the devices.
 set -euo pipefail
 guest=tests/rig/guest
 export XDG_RUNTIME_DIR=/run/corbot
@@ -21,11 +22,14 @@ until_true() {
   done
 }
 
-# write_profile: sets profile to a copy of lynx5 with the backend that standard input describes. On this emulated machine tracing and
-# emulated devices make gaps that are no fault, and a device under strace takes a third of the frames that it announced.
+# write_profile: sets profile to a copy of lynx5 with the backend that standard input describes. On this
+# emulated machine tracing and emulated devices make gaps that are no fault, and a device under strace takes a
+# third of the frames that it announced.
 write_profile() {
   profile=$work/arm.toml
-  { sed -e '/^\[backend\]/,$d' -e 's/^gap_fault_ms = 100 /gap_fault_ms = 10000 /' -e 's/^settle_s = 1.0 /settle_s = 20.0 /' profiles/lynx5.toml; cat; } > "$profile"
+  { sed -e '/^\[backend\]/,$d' -e 's/^gap_fault_ms = 100 /gap_fault_ms = 10000 /' \
+        -e 's/^settle_s = 1.0 /settle_s = 20.0 /' profiles/lynx5.toml
+    cat; } > "$profile"
 }
 
 # robot_up PROFILE [option of corbot up...]: real-time or not at all. Sets rt_pid and rt_thread.
@@ -34,8 +38,9 @@ robot_up() {
   supervisor=$!
   until_true 60 robot_is_up || { cat "$work/up.log" >&2; fail "the robot did not come up"; }
   rt_pid=$(pgrep -P "$supervisor" corbot-rt)
-  # Of its threads the one under SCHED_FIFO, and the first of them if a backend has more: proc(5), stat, fields 41 and 40.
-  rt_thread=$(awk '$41 == 1 { print $40, $1 }' "/proc/$rt_pid"/task/*/stat | sort -n | tail -n 1 | cut -d' ' -f2)
+  # Takes the thread under SCHED_FIFO, the first one if a backend has more: proc(5), stat, fields 41 and 40.
+  rt_thread=$(awk '$41 == 1 { print $40, $1 }' "/proc/$rt_pid"/task/*/stat |
+    sort -n | tail -n 1 | cut -d' ' -f2)
   [ -n "$rt_thread" ] || fail "no thread of corbot-rt is under SCHED_FIFO"
 }
 robot_is_up() {

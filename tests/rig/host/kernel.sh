@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Debian's PREEMPT_RT kernel: fetched, unpacked and completed in build/rig/kernel, never installed. Sourced by run.
+# Debian's PREEMPT_RT kernel: fetched, unpacked and completed in build/rig/kernel, never installed. Sourced by
+# run.
 
 kernel_dir=$rig_cache/kernel
 kernel_root=$kernel_dir/root  # the packages, unpacked
@@ -11,8 +12,8 @@ resolve_kernel() {
     sed -n 's/^ *Depends: \(linux-image-[0-9].*-rt-amd64\)$/\1/p' | head -n 1
 }
 
-# Leaves $vmlinux, $kernel_release and the modules under $kernel_root. What an earlier run has fetched serves as long as
-# apt names no newer one, and without a network, too.
+# Leaves $vmlinux, $kernel_release and the modules under $kernel_root. The kernel that an earlier run has
+# fetched serves as long as apt names no newer one, and without a network, too.
 prepare_kernel() {
   local package version wanted
   package=$(resolve_kernel)
@@ -41,10 +42,12 @@ prepare_kernel() {
 fetch_kernel() {
   local release=$1 version=$2 series
   series=$(cut -d. -f1,2 <<< "$release")
-  (cd "$kernel_dir/packages" && apt-get download -qq "linux-image-$release=$version" "linux-headers-$release=$version" \
+  (cd "$kernel_dir/packages" && apt-get download -qq \
+    "linux-image-$release=$version" "linux-headers-$release=$version" \
     "linux-headers-${release%-rt-amd64}-common-rt=$version" "linux-kbuild-$series=$version" \
     "linux-source-$series=$version") 2> "$kernel_dir/download.log" ||
-    { cat "$kernel_dir/download.log" >&2; missing "the kernel's packages (apt-get download failed: is there a network?)"; }
+    { cat "$kernel_dir/download.log" >&2
+      missing "the kernel's packages (apt-get download failed: is there a network?)"; }
 }
 
 unpack_kernel() {

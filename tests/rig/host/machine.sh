@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # The virtual machine: one boot, one command, its output and its exit status. Sourced by run.
 
-# in_guest BOOT SILENCE_S COMMAND...: BOOT is `plain` (two processors, as quick as it goes) or `counted` (one processor,
-# whose time is counted in instructions). It returns the command's exit status, 1 where the
-# machine gives none or prints nothing for SILENCE_S seconds. The speed of the host thus ends no boot that goes on.
+# in_guest BOOT SILENCE_S COMMAND...: BOOT is `plain` (two processors, as quick as it goes) or `counted` (one
+# processor, whose time is counted in instructions). It returns the command's exit status, 1 where the machine
+# gives none or prints nothing for SILENCE_S seconds. The speed of the host thus ends no boot that goes on.
 in_guest() {
   local boot=$1 silence_s=$2 is_silent=false status processor kernel_log=$rig_cache/kernel.log
   shift 2
@@ -45,7 +45,8 @@ in_guest() {
 
 kernel_arguments() {
   # Without tsc=reliable the clock would be the HPET, which takes an emulated access each time it is read.
-  printf '%s ' console=ttyS0 quiet panic=-1 mitigations=off nokaslr tsc=reliable cryptomgr.notests audit=0 lsm= \
+  printf '%s ' console=ttyS0 quiet panic=-1 mitigations=off nokaslr tsc=reliable cryptomgr.notests audit=0 \
+    lsm= \
     net.ifnames=0 "RIG_SHARED=$shared" "RIG_EXCHANGE=$exchange" "RIG_START=$PWD/$rig/guest/start" \
     "RIG_MODULES=$kernel_root/lib/modules"
 }
