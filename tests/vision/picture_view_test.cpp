@@ -45,8 +45,8 @@ class PictureView : public testing::Test {
     return 3 * static_cast<std::size_t>(cell_.camera.size_px[0]) *
            static_cast<std::size_t>(cell_.camera.size_px[1]);
   }
-  /// Largest change of a value within 30 pixels of one, and the distance of the farthest changed pixel from it.
-  /// The unit in the corner is no mark.
+  /// Largest change of a value within 30 pixels of one, and the distance of the farthest changed pixel from
+  /// it. The unit in the corner is no mark.
   struct Change {
     int most{0};
     double farthest_px{0};

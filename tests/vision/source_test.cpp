@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera and a source whose picture is wrong, cut or late: a typed error in time, and the next Look works.
+// The camera and a source whose picture is wrong, cut or late: a typed error in time, and the next Look
+// works.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <poll.h>
