@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// This scene loses a piece, and tests show with it that the end of a cell's run names the loss. The variable CORBOT_LOSES_AT has
-// a place's name. Once all pieces stand at that place, the scene takes away the one that came there first.
+// This scene loses a piece, and tests show with it that the end of a cell's run names the loss. The variable
+// CORBOT_LOSES_AT has a place's name. Once all pieces stand at that place, the scene takes away the one that
+// came there first.
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>

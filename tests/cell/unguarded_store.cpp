@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// This store does not check zones and makes the robots meet, and a test shows that the end of a run names the touch. The store
-// lets robot2 in when robot1 holds its second piece, and robot1 when robot2 is on its way above the first. Robot2 stays there
-// until robot1 has placed the second, so the test does not depend on time.
+// This store does not check zones and makes the robots meet, and a test shows that the end of a run names the
+// touch. The store lets robot2 in when robot1 holds its second piece, and robot1 when robot2 is on its way
+// above the first. Robot2 stays there until robot1 has placed the second, so the test does not depend on
+// time.
 #include <chrono>
 #include <condition_variable>
 #include <map>
