@@ -15,7 +15,8 @@ from corbot.simulation import find_program
 from support import is_at_rest, until
 
 needs_a_cell = pytest.mark.skipif(
-    not (find_program().parent / "corbot-scene").exists(), reason="corbot was built without OpenCV, SQLite or libturbojpeg"
+    not (find_program().parent / "corbot-scene").exists(),
+    reason="corbot was built without OpenCV, SQLite or libturbojpeg",
 )
 
 
@@ -29,7 +30,9 @@ def test_a_cell_is_watched_until_its_work_is_done() -> None:
         events = list(cell.watch())
         assert simulation.wait(60) == 0, simulation.output
     assert [event.number for event in events] == list(range(1, len(events) + 1))
-    assert {event.piece for event in events if event.step is Step.PLACED and event.where.place == "pallet2"} == {1, 2}
+    assert {
+        event.piece for event in events if event.step is Step.PLACED and event.where.place == "pallet2"
+    } == {1, 2}
     first = next(event for event in events if event.step is Step.HELD)
     assert first.robot == "robot1"
     assert first.where.slot is None, "an area has no slots"
@@ -57,7 +60,9 @@ def test_a_cell_is_paused_and_stopped() -> None:
         assert cell.picture()[:2] == b"\xff\xd8", "a JPEG file begins so"
         cell.resume()
         assert not cell.is_paused
-        until(lambda: not all(is_at_rest(arm) for arm in cell.arms.values()))  # a stop between two motions stops none
+        until(
+            lambda: not all(is_at_rest(arm) for arm in cell.arms.values())
+        )  # a stop between two motions stops none
         cell._addresses["robots"] = {"gone": "127.0.0.1:1/gone", **cell._addresses["robots"]}
         with pytest.raises(corbot.RobotNotFound):
             cell.stop()  # it stops the others all the same

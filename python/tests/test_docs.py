@@ -27,7 +27,13 @@ def blocks(page: Path) -> list[str]:
 def run(program: str, directory: Path) -> str:
     environment = {**os.environ, "CORBOT_BIN": str(find_program())}
     ended = subprocess.run(
-        [sys.executable, "-c", program], cwd=directory, env=environment, capture_output=True, text=True, timeout=180, check=False
+        [sys.executable, "-c", program],
+        cwd=directory,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=180,
+        check=False,
     )
     assert ended.returncode == 0, ended.stderr
     return ended.stdout
@@ -35,7 +41,9 @@ def run(program: str, directory: Path) -> str:
 
 def test_the_page_runs_from_top_to_bottom(tmp_path: Path) -> None:
     has_cell = (find_program().parent / "corbot-scene").exists()
-    output = run("\n".join(block for block in blocks(PAGE) if has_cell or "simulated_cell" not in block), tmp_path)
+    output = run(
+        "\n".join(block for block in blocks(PAGE) if has_cell or "simulated_cell" not in block), tmp_path
+    )
     assert "The motion was stopped" in output or "short of the target" in output
     assert "Nothing moved" in output
     assert "\nAda\n" in output
@@ -58,7 +66,9 @@ def test_the_page_tests_an_arm(tmp_path: Path) -> None:
     example = next(block for block in blocks(PAGE) if block.startswith("def test_"))
     (tmp_path / "test_example.py").write_text(f"import corbot\n{example}")
     ended = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)], capture_output=True, text=True
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)],
+        capture_output=True,
+        text=True,
     )
     assert "1 passed" in ended.stdout, ended.stdout
 
@@ -76,7 +86,11 @@ def test_readme_runs(tmp_path: Path, simulated_arm: corbot.Arm) -> None:
 
 def test_the_page_lists_every_exception() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    raised = {name for name, kind in vars(corbot).items() if inspect.isclass(kind) and issubclass(kind, corbot.CorbotError)}
+    raised = {
+        name
+        for name, kind in vars(corbot).items()
+        if inspect.isclass(kind) and issubclass(kind, corbot.CorbotError)
+    }
     left_out = {"BadAddress", "OrbError", "SimulationFailed"}  # the text says enough
     assert {name for name in raised - left_out if f"`{name}`" not in text} == set()
 

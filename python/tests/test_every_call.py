@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each kind of call in a program of its own, while its servant dies, its task freezes, its device goes, or Ctrl-C comes."""
+"""Runs each kind of call in a program of its own.
+
+Meanwhile its servant dies, its task freezes, its device goes, or Ctrl-C comes.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,10 @@ from support import FAR, SLOWLY, is_at_rest, until
 END = 15.0  # seconds, from the fault to the end of the program, on a busy machine
 CALLS = {
     "motion": "    arm.joints([0, 0, 0, 0])",
-    "await": "    import asyncio\n    async def main():\n        await arm.ready(wait=False)\n    asyncio.run(main())",
+    "await": (
+        "    import asyncio\n    async def main():\n"
+        "        await arm.ready(wait=False)\n    asyncio.run(main())"
+    ),
     "control": f"    arm.stop()\n    with arm.control('Ada'):\n        arm.joints({FAR}, time={SLOWLY})",
     "description": "    while True:\n        corbot.connect(arm.address).description",
     "solutions": "    while True:\n        arm.solutions(pose)",
@@ -38,7 +44,9 @@ def signal_to(process: str, number: int) -> Callable[[Simulation], None]:
 FAULTS: dict[str, Callable[[Simulation], None]] = {
     "killed servant": signal_to("servant_pid", signal.SIGKILL),
     "frozen task": signal_to("rt_pid", signal.SIGSTOP),
-    "unplugged device": signal_to("rt_pid", signal.SIGUSR1),  # which the simulated device has instead of a plug
+    "unplugged device": signal_to(
+        "rt_pid", signal.SIGUSR1
+    ),  # which the simulated device has instead of a plug
     "Ctrl-C": lambda simulation: None,
 }
 
@@ -84,7 +92,9 @@ def test_each_call_ends_as_it_should(fault: str, call: str, simulation: Simulati
     address = simulation.processes["address"]
     arm = corbot.connect(address)
     begin = "import sys, corbot\narm = corbot.connect(sys.argv[1])\npose = arm.state.tool\nwith arm:\n"
-    with running(f"{begin}    arm.joints({FAR}, time={SLOWLY}, wait=False)\n{CALLS[call]}\n", address) as child:
+    with running(
+        f"{begin}    arm.joints({FAR}, time={SLOWLY}, wait=False)\n{CALLS[call]}\n", address
+    ) as child:
         until(lambda: arm.state.joints[0] > 1.0)
         FAULTS[fault](simulation)
         goes_on = fault in ("frozen task", "unplugged device") and call not in NEEDS_THE_TASK
@@ -95,7 +105,9 @@ def test_each_call_ends_as_it_should(fault: str, call: str, simulation: Simulati
             child.send_signal(signal.SIGINT)
             assert last_line(child).startswith("KeyboardInterrupt")
         elif fault == "killed servant":
-            assert last_line(child).startswith(("corbot.errors.Disconnected: ", "corbot.errors.RobotNotFound: "))
+            assert last_line(child).startswith(
+                ("corbot.errors.Disconnected: ", "corbot.errors.RobotNotFound: ")
+            )
         else:
             assert last_line(child).startswith("corbot.errors.NotReady: ")
     until(lambda: stands_still(address), within=SLOWLY + END)
@@ -108,7 +120,8 @@ def test_each_call_ends_as_it_should(fault: str, call: str, simulation: Simulati
 
 
 needs_a_cell = pytest.mark.skipif(
-    not (find_program().parent / "corbot-scene").exists(), reason="corbot was built without OpenCV, SQLite or libturbojpeg"
+    not (find_program().parent / "corbot-scene").exists(),
+    reason="corbot was built without OpenCV, SQLite or libturbojpeg",
 )
 CELL_CALLS = {
     "watch": "for event in cell.watch():\n    pass",
@@ -123,7 +136,10 @@ def test_ctrl_c_in_a_call_of_a_cell_ends_the_program_and_not_the_cell() -> None:
     with (simulation := corbot.simulated_cell(pieces=2)) as cell:
         cell.pause()
         for call in CELL_CALLS.values():
-            begin = "import sys, pathlib, corbot\ncell = corbot.cell(pathlib.Path(sys.argv[1]))\nprint(cell, file=sys.stderr)\n"
+            begin = (
+                "import sys, pathlib, corbot\n"
+                "cell = corbot.cell(pathlib.Path(sys.argv[1]))\nprint(cell, file=sys.stderr)\n"
+            )
             with running(begin + call, str(simulation.directory / "cell")) as child:
                 assert child.stderr is not None
                 child.stderr.readline()  # it has found the cell

@@ -34,7 +34,9 @@ def load(name: str) -> ModuleType:
 
 
 def run(name: str, *arguments: str) -> str:
-    return subprocess.check_output([sys.executable, str(EXAMPLES / f"{name}.py"), *arguments], text=True, timeout=60)
+    return subprocess.check_output(
+        [sys.executable, str(EXAMPLES / f"{name}.py"), *arguments], text=True, timeout=60
+    )
 
 
 def test_pick_and_place_grips_here_and_opens_there(arm: corbot.Arm) -> None:
@@ -42,7 +44,9 @@ def test_pick_and_place_grips_here_and_opens_there(arm: corbot.Arm) -> None:
         run("pick_and_place", arm.address)
     places = load("pick_and_place")
     opening = np.array([state.gripper.commanded for state in recorded._taken])
-    held = recorded.tool[np.flatnonzero(np.abs(opening - 20) < 0.1)]  # from the end of the grip to the opening
+    held = recorded.tool[
+        np.flatnonzero(np.abs(opening - 20) < 0.1)
+    ]  # from the end of the grip to the opening
     assert held[0] == pytest.approx(places.FROM, abs=1e-3)
     assert held[-1] == pytest.approx(places.TO, abs=1e-3)
     assert held[:, 2].max() == pytest.approx(places.FROM[2] + places.ABOVE, abs=0.02)
@@ -68,10 +72,14 @@ def test_two_arms_go_in_step() -> None:
     begin = max(first._taken[0].time, second._taken[0].time)
     end = min(first._taken[-1].time, second._taken[-1].time)
     when = np.linspace(begin, end, 200)
-    base = [np.interp(when, [state.time for state in run._taken], run.joints[:, 0]) for run in (first, second)]
+    base = [
+        np.interp(when, [state.time for state in run._taken], run.joints[:, 0]) for run in (first, second)
+    ]
     assert base[0].max() == pytest.approx(30, abs=0.5)
     assert base[0].min() == pytest.approx(-30, abs=0.5)
-    assert np.abs(base[0] - base[1]).max() < 15, "degrees: a tenth of a second apart at full speed, on a busy machine"
+    assert np.abs(base[0] - base[1]).max() < 15, (
+        "degrees: a tenth of a second apart at full speed, on a busy machine"
+    )
 
 
 @pytest.fixture
@@ -103,7 +111,10 @@ def test_a_camera_of_ones_own_gives_its_pieces(own_camera: tuple[Cell, Path]) ->
     assert len((EXAMPLES / "own_camera.py").read_text().splitlines()) <= 30
     pieces.write_text("red 0.1 0.24\nred 0.08 0.20\n")
     first = cell.look()
-    assert [(piece.kind, piece.position) for piece in first.pieces] == [("red", (0.1, 0.24, 0)), ("red", (0.08, 0.20, 0))]
+    assert [(piece.kind, piece.position) for piece in first.pieces] == [
+        ("red", (0.1, 0.24, 0)),
+        ("red", (0.08, 0.20, 0)),
+    ]
     pieces.write_text("")
     second = cell.look()
     assert second.pieces == ()
@@ -119,7 +130,9 @@ def test_a_camera_of_ones_own_gives_its_pieces(own_camera: tuple[Cell, Path]) ->
 
 
 def test_exercise_1_staircase(arm: corbot.Arm) -> None:
-    assert load("exercises/staircase").staircase(arm) == pytest.approx([0.06, 0.07, 0.08, 0.09, 0.10], abs=1e-6)
+    assert load("exercises/staircase").staircase(arm) == pytest.approx(
+        [0.06, 0.07, 0.08, 0.09, 0.10], abs=1e-6
+    )
 
 
 def test_exercise_2_reach(arm: corbot.Arm) -> None:

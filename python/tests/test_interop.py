@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The scenario of tests/interop through the package: each call by the package's own method, where there is one."""
+"""Runs the scenario of tests/interop through the package.
+
+Each call uses the package's own method if there is one.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,9 @@ OVERRUN = 140  # an alarm that only says that this machine is busy
 def motions(wait: bool) -> dict[str, Callable[..., corbot.Motion]]:
     """The package's methods by the interface's names of the motions."""
 
-    def relative(arm: corbot.Arm, offset: corbot.Pose, axes: Any, time: float, line: bool = False) -> corbot.Motion:
+    def relative(
+        arm: corbot.Arm, offset: corbot.Pose, axes: Any, time: float, line: bool = False
+    ) -> corbot.Motion:
         return arm.relative(
             *offset.position,
             turn=offset.orientation,
@@ -94,7 +99,9 @@ READS: dict[str, Callable[[corbot.Arm], Any]] = {
     "DoF": lambda arm: len(arm.joint_names),
     "Reach": lambda arm: arm.reach,
     "MovRange": lambda arm: [{"lower": joint.lower, "upper": joint.upper} for joint in arm.limits],
-    "SoftLimits": lambda arm: [{"lower": joint.soft_lower, "upper": joint.soft_upper} for joint in arm.limits],
+    "SoftLimits": lambda arm: [
+        {"lower": joint.soft_lower, "upper": joint.soft_upper} for joint in arm.limits
+    ],
     "ArtiCoord": lambda arm: arm.state.joints,
     "Status": lambda arm: arm.state.status,
     "OverridePercent": lambda arm: arm.state.override,
@@ -125,11 +132,21 @@ def text(value: Any) -> str:
         return str(_orb.orb().object_to_string(value))
     if isinstance(value, (list, tuple)) and not hasattr(value, "_asdict"):
         return f"[{' '.join(map(text, value))}]"
-    members = value._asdict() if hasattr(value, "_asdict") else value if isinstance(value, dict) else vars(value)
+    members = (
+        value._asdict() if hasattr(value, "_asdict") else value if isinstance(value, dict) else vars(value)
+    )
     if isinstance(value, corbot.LimitExceeded):
-        members = {name: member for name, member in members.items() if name != "unit"}  # the interface has none
+        members = {
+            name: member for name, member in members.items() if name != "unit"
+        }  # the interface has none
     names = {"number": "id"} if isinstance(value, corbot.MotionInfo) else {"joint": "articulation"}
-    return "{" + " ".join(f"{names.get(name, name)}={text(member)}" for name, member in members.items() if name[0] != "_") + "}"
+    return (
+        "{"
+        + " ".join(
+            f"{names.get(name, name)}={text(member)}" for name, member in members.items() if name[0] != "_"
+        )
+        + "}"
+    )
 
 
 def tokens(answer: str) -> list[str]:
@@ -206,7 +223,9 @@ class Client:
                 case "connect":
                     self.arm = corbot.connect(first)
                 case "resolve":
-                    self.arm = corbot.connect(f"{first.replace('corbaloc:', 'corbaname:').removesuffix('/NameService')}#{more}")
+                    self.arm = corbot.connect(
+                        f"{first.replace('corbaloc:', 'corbaname:').removesuffix('/NameService')}#{more}"
+                    )
                 case "get":
                     read = READS.get(first)
                     return f"ok {text(read(self.arm) if read else self.arm.call(f'_get_{first}'))}"

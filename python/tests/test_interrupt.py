@@ -22,9 +22,13 @@ PROGRAMS = {
     "motion": f"arm.joints({LONG})",
     "wait": f"arm.joints({LONG}, wait=False).wait()",
     "wait with a timeout": f"arm.joints({LONG}, wait=False).wait(timeout=60)",
-    "await": f"import asyncio\nasync def main():\n    await arm.joints({LONG}, wait=False)\nasyncio.run(main())",
+    "await": (
+        f"import asyncio\nasync def main():\n    await arm.joints({LONG}, wait=False)\nasyncio.run(main())"
+    ),
     "control": f"with arm.control('Ada'):\n    arm.joints({LONG})",
-    "another call in the block": f"import time\nwith arm:\n    arm.joints({LONG}, wait=False)\n    time.sleep(60)",
+    "another call in the block": (
+        f"import time\nwith arm:\n    arm.joints({LONG}, wait=False)\n    time.sleep(60)"
+    ),
     "reads": f"with arm:\n    arm.joints({LONG}, wait=False)\n    while True:\n        arm.state",
 }
 
@@ -42,7 +46,9 @@ def interrupt(child: subprocess.Popen[str], arm: corbot.Arm) -> float:
 
 def in_a_script(program: str, arm: corbot.Arm) -> float:
     text = f"import sys, corbot\narm = corbot.connect(sys.argv[1])\n{program}\n"
-    with subprocess.Popen([sys.executable, "-c", text, arm.address], stderr=subprocess.PIPE, text=True) as child:
+    with subprocess.Popen(
+        [sys.executable, "-c", text, arm.address], stderr=subprocess.PIPE, text=True
+    ) as child:
         try:
             rest = interrupt(child, arm)
             _, errors = child.communicate(timeout=30)
@@ -55,7 +61,9 @@ def in_a_script(program: str, arm: corbot.Arm) -> float:
 
 def in_a_repl(program: str, arm: corbot.Arm) -> float:
     command, pipe = [sys.executable, "-i", "-q"], subprocess.PIPE
-    with subprocess.Popen(command, text=True, bufsize=1, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT) as child:
+    with subprocess.Popen(
+        command, text=True, bufsize=1, stdin=pipe, stdout=pipe, stderr=subprocess.STDOUT
+    ) as child:
         try:
             assert child.stdin is not None
             child.stdin.write(f"import corbot\narm = corbot.connect('{arm.address}')\n{program}\n")
@@ -108,7 +116,10 @@ def test_an_interrupt_that_is_ignored_stays_so() -> None:
 
 def test_an_interrupt_says_where_the_arm_could_not_be_stopped() -> None:
     arm = corbot.Arm("nowhere", reference=Refusing(), timeout=1.0)
-    with pytest.raises(KeyboardInterrupt, match="may still move: Not in the mood") as raised, arm.stopped_by_interrupt():
+    with (
+        pytest.raises(KeyboardInterrupt, match="may still move: Not in the mood") as raised,
+        arm.stopped_by_interrupt(),
+    ):
         raise KeyboardInterrupt
     assert isinstance(raised.value.__cause__, corbot.NotReady)
 

@@ -57,7 +57,9 @@ def test_several_that_are_up_need_a_name(tmp_path: Path, monkeypatch: pytest.Mon
             (tmp_path / f"corbot/{name}.json").write_text("{}")
             lock = locks.enter_context(open(tmp_path / f"corbot/{name}.lock", "wb"))
             fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(corbot.RobotNotFound, match=r"are up: left, right\. Give the name of one") as raised:
+        with pytest.raises(
+            corbot.RobotNotFound, match=r"are up: left, right\. Give the name of one"
+        ) as raised:
             corbot.connect()
     assert "Start one" not in str(raised.value)
 
@@ -90,7 +92,9 @@ def has_name(address: str) -> bool:
 def test_by_a_naming_service() -> None:
     with (simulation := simulated_with_naming()) as arm:
         service = simulation.processes["naming"].replace("corbaloc:", "corbaname:")
-        until(lambda: has_name(f"{service}#Robots/{simulation.name}.Robot"))  # a thread of the servant binds the name
+        until(
+            lambda: has_name(f"{service}#Robots/{simulation.name}.Robot")
+        )  # a thread of the servant binds the name
         for address in (service, service.removesuffix("/NameService")):
             assert corbot.connect(f"{address}#Robots/{simulation.name}.Robot").joint_names == arm.joint_names
         with pytest.raises(corbot.RobotNotFound, match=r"does not have the name Robots/nobody\.Robot"):
@@ -100,7 +104,10 @@ def test_by_a_naming_service() -> None:
 def test_a_naming_service_that_does_not_answer() -> None:
     with pytest.raises(corbot.RobotNotFound, match="no naming service answers there"):
         corbot.connect("corbaname::127.0.0.1:1#Robots/lynx5.Robot")
-    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(corbot.RobotNotFound, match="no naming service answers"):
+    with (
+        socket.create_server(("127.0.0.1", 0)) as silent,
+        pytest.raises(corbot.RobotNotFound, match="no naming service answers"),
+    ):
         corbot.connect(f"corbaname::127.0.0.1:{silent.getsockname()[1]}#Robots/lynx5.Robot", timeout=0.3)
 
 

@@ -16,10 +16,14 @@ from support import skip_without, until
 STARTS = "the package begins the motion by Start…, and waits in slices, so that Ctrl-C stops the arm"
 IN_STATE = "arm.state has it, of the same cycle as all the rest"
 LEFT_OUT = {
-    **dict.fromkeys(("Move", "MoveS", "MoveC", "MovePose", "MovePoseS", "MoveRelative", "MoveRelativeS"), STARTS),
+    **dict.fromkeys(
+        ("Move", "MoveS", "MoveC", "MovePose", "MovePoseS", "MoveRelative", "MoveRelativeS"), STARTS
+    ),
     **dict.fromkeys(("MoveJoints", "Drive", "Ready", "Delay", "Open", "Close", "SetGripper"), STARTS),
     **dict.fromkeys(("_get_ArtiCoord", "_get_CartCoord", "_get_GripperStatus", "_get_Status"), IN_STATE),
-    **dict.fromkeys(("_get_Paused", "_get_OverridePercent", "_get_Gripper", "_get_Device", "_get_Control"), IN_STATE),
+    **dict.fromkeys(
+        ("_get_Paused", "_get_OverridePercent", "_get_Gripper", "_get_Device", "_get_Control"), IN_STATE
+    ),
     "_get_CycleAge": "arm.state.age is the age of what was read",
     "_get_DoF": "len(arm.joint_names) is the same number",
     "_get_MovRange": "arm.limits has the ranges, with names and kinds of joints",
@@ -61,7 +65,16 @@ def read_everything(arm: corbot.Arm) -> None:
     list(islice(arm.states(100), 2))
     pose = arm.state.tool
     assert arm.solutions(pose)
-    _ = (arm.limits, arm.frames, arm.solution, arm.reach, arm.kind, arm.diagnostics, arm.servant, arm.description)
+    _ = (
+        arm.limits,
+        arm.frames,
+        arm.solution,
+        arm.reach,
+        arm.kind,
+        arm.diagnostics,
+        arm.servant,
+        arm.description,
+    )
     _ = (arm.alarms, arm.speeds, arm.tool_pitch, arm.tool_orientation)
 
 

@@ -87,7 +87,9 @@ def test_a_plot_shows_joints_speeds_and_limits(arm: corbot.Arm) -> None:
     with corbot.record(arm) as run:
         arm.joints(FAR, time=0.3)
     joints, speeds = run.plot().axes
-    assert [text.get_text() for text in joints.get_legend().get_texts()] == list(arm.joint_names)  # type: ignore[union-attr]
+    assert [text.get_text() for text in joints.get_legend().get_texts()] == list(  # type: ignore[union-attr]
+        arm.joint_names
+    )
     assert joints.lines[0].get_ydata() == pytest.approx(run.joints[:, 0])
     assert [line.get_ydata()[0] for line in joints.lines[1:3]] == [-90, 90]  # type: ignore[index]
     assert speeds.lines[2].get_ydata()[0] == arm.limits[0].speed  # type: ignore[index]

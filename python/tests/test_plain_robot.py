@@ -60,7 +60,9 @@ def test_ctrl_c_waits_for_the_end_of_its_motion(served: tuple[str, IO[str]]) -> 
     assert errors.endswith("KeyboardInterrupt\n")
 
 
-def test_ctrl_c_while_a_motion_is_prepared_begins_nothing(served: tuple[str, IO[str]], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_a_motion_is_prepared_begins_nothing(
+    served: tuple[str, IO[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
     address, output = served
     arm = corbot.connect(address)
     start = threading.Thread.start

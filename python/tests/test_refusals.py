@@ -39,10 +39,14 @@ def test_a_joint_beyond_its_range(arm: corbot.Arm) -> None:
 
 
 def test_a_limit_has_its_unit(arm: corbot.Arm) -> None:
-    with pytest.raises(corbot.LimitExceeded, match=r"500 is not within \S+ to \S+ degrees\. Nothing moved") as raised:
+    with pytest.raises(
+        corbot.LimitExceeded, match=r"500 is not within \S+ to \S+ degrees\. Nothing moved"
+    ) as raised:
         arm.joints([0, 0, 0, 500])
     assert raised.value.unit == "degrees"
-    with pytest.raises(corbot.LimitExceeded, match=r"speed of joint 0: 5000 is not within 0 to \S+ degrees a second\."):
+    with pytest.raises(
+        corbot.LimitExceeded, match=r"speed of joint 0: 5000 is not within 0 to \S+ degrees a second\."
+    ):
         arm.drive("base", 5, speed=5000)
     assert "to 5 m. Nothing" in str(corbot.LimitExceeded("joint range", 1, 9.0, 0.0, 5.0, "m"))
     assert "to 3600 s. Nothing" in str(corbot.LimitExceeded("duration", -1, 4000.0, 0.0, 3600.0))
@@ -70,7 +74,10 @@ def test_a_hold_until_it_is_cleared(arm: corbot.Arm) -> None:
 
 
 def test_a_setting_while_somebody_has_control(arm: corbot.Arm) -> None:
-    with arm.control("Ada"), pytest.raises(corbot.NoControl, match="Somebody has exclusive control") as raised:
+    with (
+        arm.control("Ada"),
+        pytest.raises(corbot.NoControl, match="Somebody has exclusive control") as raised,
+    ):
         corbot.connect(arm.address).call("Speed", 50.0)
     assert not raised.value.has_ended
 
@@ -87,7 +94,9 @@ def test_an_operation_that_is_none_is_named(arm: corbot.Arm) -> None:
         arm.call("Overide", 50.0)
 
 
-def test_a_camera_is_refused_where_its_port_would_not_open(arm: corbot.Arm, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_camera_is_refused_where_its_port_would_not_open(
+    arm: corbot.Arm, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def sleep(_: float) -> None:
         pytest.fail("the camera waits for calls at a port that nothing opened")
 
@@ -99,7 +108,9 @@ def test_a_camera_is_refused_where_its_port_would_not_open(arm: corbot.Arm, monk
 
 
 def test_more_values_than_any_arm_has_joints_reach_no_robot(arm: corbot.Arm, reached: set[str]) -> None:
-    with pytest.raises(ValueError, match=r"These are 7 values, and an arm has at most 6 joints\. Nothing moved") as raised:
+    with pytest.raises(
+        ValueError, match=r"These are 7 values, and an arm has at most 6 joints\. Nothing moved"
+    ) as raised:
         arm.joints([0] * 7)
     assert not isinstance(raised.value, corbot.CorbotError)
     with pytest.raises(ValueError, match="These are 9 values"):
@@ -122,19 +133,33 @@ def test_a_wrong_number_of_values_says_how_many_the_arm_takes(arm: corbot.Arm) -
         ("arm.joints('1234')", "TypeError: '1' is a text where a number is expected."),
         ("arm.joints({'base': 10})", "TypeError: 'base' is a text where a number is expected."),
         ("arm.move('0.2', 0.05, 0.08)", "TypeError: '0.2' is a text where a number is expected."),
-        ("arm.arc((0.2, 0, 0.1), (0.2, 0), (0.2, 0.1, 0.1))", "ValueError: A point is three numbers, x, y and z, not (0.2, 0)."),
+        (
+            "arm.arc((0.2, 0, 0.1), (0.2, 0), (0.2, 0.1, 0.1))",
+            "ValueError: A point is three numbers, x, y and z, not (0.2, 0).",
+        ),
         ("arm.arc(1, 2, 3)", "ValueError: A point is three numbers, x, y and z, not 1."),
-        ("arm.pose((0.2, 0, 0.1))", "TypeError: A pose is a corbot.Pose, not (0.2, 0, 0.1). Pose.from_matrix makes one"),
+        (
+            "arm.pose((0.2, 0, 0.1))",
+            "TypeError: A pose is a corbot.Pose, not (0.2, 0, 0.1). Pose.from_matrix makes one",
+        ),
         ("arm.set_frames(tool=numpy.eye(4))", "TypeError: A pose is a corbot.Pose, not array("),
         ("arm.relative(z=0.01, turn=30)", "ValueError: A rotation is a corbot.Quaternion, not 30."),
         ("arm.relative(z=0.01, turn=0)", "ValueError: A rotation is a corbot.Quaternion, not 0."),
-        ("arm.relative(z=0.01, frame='world')", "ValueError: A frame is 'base' or 'tool', not 'world'. Nothing moved."),
+        (
+            "arm.relative(z=0.01, frame='world')",
+            "ValueError: A frame is 'base' or 'tool', not 'world'. Nothing moved.",
+        ),
         ("arm.set_limits([-10, 10, 0, 0])", "ValueError: A range is a lower and an upper limit, not -10."),
         ("arm.drive(1.5, 5, speed=10)", "TypeError: 'float' object cannot be interpreted as an integer"),
-        ("arm.set_speeds(joints=[100, 100, 100, '1'])", "TypeError: '1' is a text where a number is expected."),
+        (
+            "arm.set_speeds(joints=[100, 100, 100, '1'])",
+            "TypeError: '1' is a text where a number is expected.",
+        ),
     ],
 )
-def test_what_is_no_argument_reaches_no_robot(call: str, text: str, arm: corbot.Arm, reached: set[str]) -> None:
+def test_what_is_no_argument_reaches_no_robot(
+    call: str, text: str, arm: corbot.Arm, reached: set[str]
+) -> None:
     with pytest.raises((TypeError, ValueError)) as raised:
         eval(call, {"arm": arm, "numpy": np})
     assert f"{type(raised.value).__name__}: {raised.value}".startswith(text)

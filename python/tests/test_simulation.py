@@ -50,7 +50,10 @@ def test_a_start_of_one_that_is_up_finds_it() -> None:
 
 
 def test_the_end_of_python_takes_the_robot_down() -> None:
-    program = "import corbot\nrobot = corbot.simulated()\nrobot.start()\nprint(robot.processes['pid'], robot.directory)"
+    program = (
+        "import corbot\nrobot = corbot.simulated()\nrobot.start()\n"
+        "print(robot.processes['pid'], robot.directory)"
+    )
     pid, directory = subprocess.check_output([sys.executable, "-c", program], text=True).split()
     assert not is_alive(int(pid))
     assert not Path(directory).exists()
@@ -59,7 +62,9 @@ def test_the_end_of_python_takes_the_robot_down() -> None:
 @pytest.mark.parametrize("what", ["robot", "cell"])
 def test_a_python_that_is_killed_leaves_nothing_behind(what: str) -> None:
     make = {"robot": "corbot.simulated()", "cell": "corbot.simulated_cell(pieces=12)"}[what]
-    program = f"import corbot, time\nrun = {make}\nrun.start()\nprint(run.directory, flush=True)\ntime.sleep(600)"
+    program = (
+        f"import corbot, time\nrun = {make}\nrun.start()\nprint(run.directory, flush=True)\ntime.sleep(600)"
+    )
     child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None
     with child.stdout:
@@ -164,11 +169,15 @@ def test_ctrl_c_in_a_terminal_does_not_reach_the_robot() -> None:
     """A client needs the servant for its Stop."""
     robot = corbot.simulated()
     with robot:
-        session = subprocess.run(["ps", "-o", "sid=", "-p", str(robot.processes["pid"])], capture_output=True, text=True)
+        session = subprocess.run(
+            ["ps", "-o", "sid=", "-p", str(robot.processes["pid"])], capture_output=True, text=True
+        )
         assert int(session.stdout) != os.getsid(0)
 
 
 def test_a_program_without_profiles_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CORBOT_PROFILES", raising=False)
-    with pytest.raises(corbot.SimulationFailed, match=r"No profile is there: set \$CORBOT_PROFILES to the directory"):
+    with pytest.raises(
+        corbot.SimulationFailed, match=r"No profile is there: set \$CORBOT_PROFILES to the directory"
+    ):
         find_profile("lynx5", tmp_path / "bin/corbot")
