@@ -71,8 +71,8 @@ void AlarmLog::push(AlarmEntry entry) {
   entries_.erase(victim);
 }
 
-/// What has not been cleared outlives what has. Where all are active, which takes a device that comes and goes, a
-/// later one of the same code says the same.
+/// Picks the entry to drop: the oldest inactive one. If all are active, picks an entry whose code occurs
+/// again in a later one. A device that connects and disconnects repeatedly causes this case.
 std::deque<AlarmLog::Kept>::iterator AlarmLog::find_victim() {
   auto victim =
       std::find_if(entries_.begin(), entries_.end(), [](const Kept& old) { return !old.entry.active; });

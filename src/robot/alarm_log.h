@@ -12,8 +12,8 @@
 
 namespace corbot {
 
-/// Codes that the servant itself raises; those of the real-time task are in channel/records.h. docs/alarms.md
-/// has both.
+/// Codes of the alarms that the servant itself raises. channel/records.h has the codes of the real-time task;
+/// docs/alarms.md lists both.
 inline constexpr std::int32_t kAlarmTaskGone = 150;
 inline constexpr std::int32_t kAlarmTaskRestarted = 151;
 inline constexpr std::int32_t kAlarmPositionNotSaved = 152;
@@ -25,14 +25,14 @@ inline constexpr std::int32_t kAlarmSoftLimitsUnknown = 156;
 struct AlarmEntry {
   double time_s{};  ///< since the Unix epoch
   std::int32_t code{};
-  bool active{};  ///< still the cause of Error
+  bool active{};  ///< the alarm still causes Error
   std::string text;
 
   friend bool operator==(const AlarmEntry&, const AlarmEntry&) = default;
 };
 
-/// The last 64 alarms, as text; an active one is never pushed out by others. And their copy for the servant after
-/// this one. Thread-safe.
+/// The last 64 alarms, as text, and their copy for the next servant. A full log never drops an active alarm
+/// for a newer one unless all are active. Thread-safe.
 class AlarmLog {
  public:
   static constexpr std::size_t kKept = kKeptAlarms;
@@ -40,36 +40,37 @@ class AlarmLog {
 
   explicit AlarmLog(const JointKinds& kinds = {}) : kinds_(kinds) {}
 
-  /// Before all else. From now on every alarm is there, too.
+  /// Copies every alarm to `records` from now on. The owner calls this before any other function.
   void keep_in(Records& records) { records_ = &records; }
-  /// What the servant before this one has left, oldest first; older than all that is here. The next
-  /// event may be one of them once more.
+  /// Puts the alarms of the previous servant, oldest first, before all alarms here. The next event may repeat
+  /// one of them.
   void inherit(const std::vector<AlarmEntry>& former);
 
   void add(const AlarmEvent& event);
   void add(std::int32_t code, bool active, const std::string& text);
-  /// Of a state that lasts until it is cleared, with another text: no effect while one of that code is active.
+  /// Adds an alarm with another text for a condition that lasts until Clear. Has no effect while an alarm of
+  /// that code is active.
   void add_once(const AlarmEvent& event, const std::string& text);
-  /// The active alarm of that code with the text `before`, if there is one, gets another text.
+  /// Gives another text to the active alarm of this code whose text is `before`, if there is one.
   void replace_text(std::int32_t code, const std::string& before, const std::string& text);
-  /// The robot has left Error: nothing is its cause any more.
+  /// Deactivates all alarms except kAlarmTaskGone: the robot has left Error.
   void deactivate();
   void deactivate(std::int32_t code);
   [[nodiscard]] std::vector<AlarmEntry> list() const;
-  /// Text of the newest active alarm that is a fault, or else of the hold; empty when there is none.
+  /// Returns the text of the newest active fault, or else of the hold. Returns "" if no alarm is active.
   [[nodiscard]] std::string cause() const;
-  /// Nothing is active but a StopAndHold.
+  /// Returns true if a StopAndHold is the only active alarm.
   [[nodiscard]] bool is_hold_alone() const;
 
  private:
-  /// An entry and its place in the records.
+  /// An entry and the index of its record.
   struct Kept {
     AlarmEntry entry;
     std::size_t place{};
     std::uint64_t order{};
   };
 
-  // With mutex_ held.
+  // The caller holds mutex_.
   void push(AlarmEntry entry);
   void keep(const Kept& kept);
   [[nodiscard]] std::deque<Kept>::iterator find_victim();
@@ -78,7 +79,7 @@ class AlarmLog {
   mutable std::mutex mutex_;
   std::deque<Kept> entries_;
   std::uint64_t last_order_{0};
-  bool may_repeat_{false};  ///< the next event may be one that the servant before this one has taken, too
+  bool may_repeat_{false};  ///< the next event may be one that the previous servant read, too
   Records* records_{nullptr};
 };
 

@@ -58,7 +58,7 @@ void AuditFile::append(const std::string& line) {
 }
 
 void AuditFile::rotate() {
-  // No further than the first name that is free: what failed before has left one.
+  // The renaming goes no further than the first free name: an earlier failure has left a gap there.
   std::size_t last = 1;
   while (last + 1 < files_ && ::access(name_of(last).c_str(), F_OK) == 0) ++last;
   for (std::size_t age = last; age > 0; --age) {
@@ -67,7 +67,7 @@ void AuditFile::rotate() {
                                std::strerror(errno)));
   }
   if (const int error = open(); error != 0) {
-    (void)::rename(name_of(1).c_str(), file_.c_str());  // which is still open
+    (void)::rename(name_of(1).c_str(), file_.c_str());  // the descriptor is still open
     report_(
         fmt::format("cannot be rotated and grows: {}: {}", file_.filename().string(), std::strerror(error)));
   }

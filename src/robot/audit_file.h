@@ -10,24 +10,27 @@
 
 namespace corbot {
 
-/// NAME.audit, to which whole lines are appended. At `largest` bytes it becomes NAME.1.audit, that NAME.2.audit, and so on
-/// up to `files` of them; the oldest is deleted. What has been written is never lost for want of a name or of room: a
-/// file that cannot be renamed grows, and a line that did not fit is taken back. One thread at a time.
+/// The file NAME.audit, to which append() adds whole lines. At `largest` bytes the file becomes NAME.1.audit,
+/// NAME.1.audit becomes NAME.2.audit, and so on up to `files` files. The class deletes the oldest file. No
+/// written line gets lost for lack of a name or of space. A file that cannot be renamed grows, and append()
+/// removes a line that did not fit. Not thread-safe.
 class AuditFile {
  public:
   using Report = std::function<void(const std::string&)>;
 
-  /// Opens it, or makes it, mode 0600. Throws std::system_error. `report` is called when it cannot be rotated.
+  /// Opens or creates the file with mode 0600. Throws std::system_error. Calls `report` if the file cannot be
+  /// rotated.
   AuditFile(std::filesystem::path file, std::size_t largest, std::size_t files, Report report);
 
-  /// Throws std::system_error: the line is not there.
+  /// Appends a line. Throws std::system_error if the line could not be written; the file then does not
+  /// contain the line.
   void append(const std::string& line);
-  /// It ends in the middle of a line, which append() ends.
+  /// Returns true if the file ends in the middle of a line. The next append() ends that line.
   [[nodiscard]] bool is_torn() const noexcept { return is_torn_; }
 
  private:
   [[nodiscard]] std::filesystem::path name_of(std::size_t age) const;
-  /// 0, or errno.
+  /// Returns 0, or errno.
   [[nodiscard]] int open();
   void rotate();
   void write(const std::string& text);

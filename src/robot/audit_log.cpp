@@ -25,16 +25,16 @@ std::string utc_now() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(whole), ms);
 }
 
-/// In ASCII, whatever the texts are.
+/// Returns the entry as one line of ASCII, whatever its texts contain.
 std::string to_line(const nlohmann::ordered_json& entry) {
   return entry.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
-/// Says once, from the writing thread, that one thing is wrong with the log.
+/// Reports a fault of the log once, from the writing thread.
 class Warning {
  public:
   Warning(AuditLog::Warn warn, std::string file) : warn_(std::move(warn)), file_(std::move(file)) {}
-  /// `what` is wrong with it.
+  /// `what` describes the fault.
   void report(const std::string& what) {
     if (!std::exchange(has_warned_, true) && warn_) warn_(fmt::format("the audit log {} {}", file_, what));
   }
@@ -45,7 +45,7 @@ class Warning {
   bool has_warned_{false};
 };
 
-/// The files, and a look at what was dropped before this entry could be written.
+/// The log's sink: writes the files and reports entries that were dropped before.
 class AuditSink final : public spdlog::sinks::sink {
  public:
   AuditSink(AuditFile file, spdlog::details::thread_pool& writer, std::shared_ptr<Warning> incomplete)
@@ -53,7 +53,7 @@ class AuditSink final : public spdlog::sinks::sink {
     try {
       mark_torn_line();
     } catch (const std::system_error&) {
-      // before the first entry, then
+      // The first entry tries again.
     }
   }
   void log(const spdlog::details::log_msg& entry) override {
@@ -67,14 +67,14 @@ class AuditSink final : public spdlog::sinks::sink {
   void set_formatter(std::unique_ptr<spdlog::formatter>) override {}
 
  private:
-  /// Left by a servant, or a machine, that ended while it wrote.
+  /// Ends an incomplete line that a servant or a machine left when it ended during a write.
   void mark_torn_line() {
     if (file_.is_torn())
       file_.append(to_line({{"time", utc_now()}, {"note", "the line before is incomplete"}}));
   }
 
   AuditFile file_;
-  spdlog::details::thread_pool& writer_;  // whose thread calls this
+  spdlog::details::thread_pool& writer_;  // its thread calls this sink
   const std::shared_ptr<Warning> incomplete_;
 };
 
@@ -93,7 +93,7 @@ AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& ro
     auto sink = std::make_shared<AuditSink>(std::move(file), *writer_, incomplete);
     log_ = std::make_shared<spdlog::async_logger>("audit", std::move(sink), writer_,
                                                   spdlog::async_overflow_policy::overrun_oldest);
-  } catch (const std::exception& error) {  // of spdlog or of std::filesystem
+  } catch (const std::exception& error) {  // from spdlog or std::filesystem
     throw std::runtime_error(
         fmt::format("the audit log {} cannot be written: {}", file_.string(), error.what()));
   }
@@ -102,14 +102,14 @@ AuditLog::AuditLog(const std::filesystem::path& directory, const std::string& ro
 }
 
 AuditLog::~AuditLog() {
-  writer_.reset();  // its thread writes what is queued, and has ended before the log goes
+  writer_.reset();  // joins the writer, which first writes the queued entries
 }
 
 void AuditLog::write(const std::function<std::string()>& line) noexcept {
   try {
     log_->info("{}", line());
   } catch (const std::exception&) {
-    // Memory is short: the call is worth more than its entry.
+    // Without memory, the call matters more than its entry.
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot, its life and what can be read: conversion of units and of exceptions, nothing else. Nothing
-// thrown leaves this file.
+// Implements corbot_robot.h with Robot: life cycle and reads. Converts units and exceptions, nothing else. No
+// exception leaves this file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ void corbot_robot_heed_release_signal(corbot_robot* robot) {
   robot->release_signal = std::make_unique<ReleaseSignal>([robot](const std::string& from) {
     corbot_caller caller{};
     caller.from = from.c_str();
-    (void)corbot_robot_end_control(robot, &caller, nullptr);  // the audit log has what became of it
+    (void)corbot_robot_end_control(robot, &caller, nullptr);  // the audit log records the result
   });
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot, control and motions: conversion of units and of exceptions. Nothing thrown leaves this file.
+// Implements corbot_robot.h with Robot: control and motions. Converts units and exceptions. No exception
+// leaves this file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@ namespace {
 
 using namespace corbot;
 
-/// For the alarm; where memory is short the stop is worth more.
+/// Describes the caller for the alarm. Returns "" without memory: the stop matters more.
 std::string asked_for_by(corbot_robot* robot, const corbot_caller* caller) noexcept {
   std::string by;
   guarded(nullptr, [&] {
@@ -30,7 +31,7 @@ std::string asked_for_by(corbot_robot* robot, const corbot_caller* caller) noexc
 
 std::array<double, 3> point(const double* p_m) { return {p_m[0], p_m[1], p_m[2]}; }
 
-/// P and d are checked apart: their sum would hide which of them is at fault.
+/// Checks d apart from P, as their sum would hide which of them is wrong.
 void check_above(double d_m) {
   if (std::abs(d_m) <= kFarthestCoordinate_m) return;
   throw bad_argument("d", d_m,
@@ -54,14 +55,15 @@ std::array<double, 3> point_above(const double* p_m, double d_m) {
   return {p_m[0], p_m[1], p_m[2] + d_m};
 }
 
-/// How soon the place of a caller who is gone is free again: well within a second.
+/// Longest time until the slot of a disconnected caller is free again: well within a second.
 constexpr double kSlice_s = 0.2;
 
 bool is_pending(const corbot_motion_info& info) {
   return info.state == CORBOT_MOTION_QUEUED || info.state == CORBOT_MOTION_RUNNING;
 }
 
-/// Waits for the end, for `timeout_s` (negative: for ever), or until the caller is gone, which throws.
+/// Waits for the end or for `timeout_s` (negative: without limit). Throws CallError if the caller
+/// disconnects.
 corbot_motion_info wait_in_slices(const Robot& robot, corbot_ticket ticket, double timeout_s,
                                   const corbot_caller& caller) {
   using Clock = std::chrono::steady_clock;
@@ -173,7 +175,8 @@ corbot_status corbot_robot_drive(corbot_robot* robot, const corbot_caller* calle
       robot, caller, ticket, error,
       [&] {
         const ArmModel& arm = robot->robot.profile().arm;
-        const bool is_there = joint >= 0 && static_cast<std::size_t>(joint) < arm.dof;  // else it is refused
+        const bool is_there =
+            joint >= 0 && static_cast<std::size_t>(joint) < arm.dof;  // else accept() refuses it
         const JointKind kind =
             is_there ? arm.kinematics.joint_kind(static_cast<std::size_t>(joint)) : JointKind::kRotary;
         return DriveRequest{joint, from_shown(kind, increment), from_shown(kind, speed)};
@@ -232,7 +235,8 @@ corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, con
   return guarded(error, [&] {
     if (caller == nullptr) return robot->robot.finish(ticket);
     const auto use = robot->robot.control().try_use(key_of(caller));
-    // A frozen task ends the slices; where it goes on before the ticket is looked at, so do they.
+    // A frozen task ends the slices. If the task resumes before is_finished() reads the ticket, the slices
+    // resume, too.
     do {
       (void)wait_in_slices(robot->robot, ticket, -1.0, *caller);
     } while (!robot->robot.is_finished(ticket));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot, frames and solutions: conversion of units and of exceptions. Nothing thrown leaves this file.
+// Implements corbot_robot.h with Robot: frames and solutions. Converts units and exceptions. No exception
+// leaves this file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +18,7 @@ Pose frame_of(const corbot_tool_pose& from) {
   return {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
 }
 
-/// The quaternion's w is not negative, and no part a negative zero.
+/// Returns the frame with w of the quaternion not negative and without a negative zero.
 corbot_tool_pose shown(const Pose& frame) {
   Quaternion q = normalised(frame.orientation);
   if (q.w < 0.0) q = {-q.w, -q.x, -q.y, -q.z};
@@ -25,7 +26,7 @@ corbot_tool_pose shown(const Pose& frame) {
   return {{p[0] + 0.0, p[1] + 0.0, p[2] + 0.0}, {q.w, q.x + 0.0, q.y + 0.0, q.z + 0.0}};
 }
 
-/// As in the IDL: Pose{Point, Quaternion}.
+/// Returns the pose as text, in the order of the IDL: Pose{Point, Quaternion}.
 std::string text_of(const corbot_tool_pose& pose) {
   const double* const p = pose.position_m;
   const double* const q = pose.orientation;

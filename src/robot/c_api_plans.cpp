@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plans as records of corbot_robot.h.
+// Converts plans to the records of corbot_robot.h.
 #include <algorithm>
 #include <iterator>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot, motions to a pose and by an offset. Nothing thrown leaves this file.
+// Implements corbot_robot.h with Robot: motions to a pose and by an offset. No exception leaves this file.
 #include <fmt/format.h>
 
 #include "robot/recorded_call.h"

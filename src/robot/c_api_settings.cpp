@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot_robot.h over Robot, the settings: conversion of units and of exceptions. Nothing thrown leaves this file.
+// Implements corbot_robot.h with Robot: settings. Converts units and exceptions. No exception leaves this
+// file.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -26,7 +26,8 @@ CallError full(int capacity, const std::string& text) {
   return result;
 }
 
-/// The interface has degrees where the planner has radians; `kind` is the kind of the refusal's joint.
+/// Converts the planner's radians to the interface's degrees. `kind`: kind of the joint that the refusal is
+/// about.
 double shown(Quantity quantity, JointKind kind, double value) {
   switch (quantity) {
     case Quantity::kAngle:
@@ -45,8 +46,8 @@ double shown(Quantity quantity, JointKind kind, double value) {
 }  // namespace
 
 double tidy_degrees(double angle_rad) {
-  constexpr double kSteps = 1e9;        // of a degree
-  constexpr double kWorthIt_deg = 1e6;  // beyond, a double has no such digits
+  constexpr double kSteps = 1e9;        // steps per degree
+  constexpr double kWorthIt_deg = 1e6;  // a double above this has no digits to drop
   const double angle_deg = to_degrees(angle_rad);
   return std::abs(angle_deg) <= kWorthIt_deg ? std::round(angle_deg * kSteps) / kSteps : angle_deg;
 }
@@ -96,7 +97,7 @@ CallError refused(const PlanRefusal& refusal, const Kinematics& arm) {
   static constexpr corbot_status kStatus[] = {CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE,
                                               CORBOT_LIMIT_EXCEEDED};
   CallError result = call_error(kStatus[static_cast<std::size_t>(refusal.kind)], refusal.text);
-  // Also what is refused because the arm has no such joint names it.
+  // A refusal for a joint that the arm does not have names this joint, too.
   const auto joint = static_cast<std::size_t>(refusal.joint);
   const bool has_joint = refusal.joint >= 0 && joint < arm.joint_count();
   const JointKind kind = has_joint ? arm.joint_kind(joint) : JointKind::kRotary;

@@ -8,16 +8,17 @@
 
 namespace corbot {
 
-// What a corbot_caller says; it may be null.
+// Read the fields of a corbot_caller, which may be null.
 
 [[nodiscard]] std::string key_of(const corbot_caller* caller);
 [[nodiscard]] std::string from_of(const corbot_caller* caller);
 [[nodiscard]] corbot_counted_stop counted_of(const corbot_caller* caller);
 [[nodiscard]] bool is_present(const corbot_caller* caller);
 
-/// Of a call that starts a motion, while it is not started.
+/// Abort check of a call that starts a motion, until the motion starts.
 [[nodiscard]] Wanted wanted_to_start(const corbot_caller* caller);
-/// Of a call that changes something. `otherwise`: what becomes of that when the call ends early, for its caller.
+/// Abort check of a call that changes state. `otherwise` tells the client what happens if the call ends
+/// early.
 [[nodiscard]] Wanted wanted_to_change(const corbot_caller* caller,
                                       std::string otherwise = "what it asked for may still be carried out");
 

@@ -18,7 +18,7 @@
 namespace corbot {
 namespace {
 
-/// Throws CallError (internal) where the kernel has no random bytes.
+/// Returns a new key. Throws CallError (internal) if the kernel has no random bytes.
 std::string random_key() {
   std::array<std::uint8_t, 16> bytes{};
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
@@ -28,7 +28,8 @@ std::string random_key() {
   return key;
 }
 
-/// The key has 128 random bits: nobody finds it by its digest, and no salt is needed.
+/// Returns the digest of the key. The key has 128 random bits, so the digest needs no salt and does not
+/// reveal it.
 decltype(ControlRecord::key_digest) digest_of(const std::string& key) {
   decltype(ControlRecord::key_digest) digest{};
   static_assert(sizeof(digest) == SHA256_DIGEST_LENGTH);
@@ -36,7 +37,7 @@ decltype(ControlRecord::key_digest) digest_of(const std::string& key) {
   return digest;
 }
 
-/// Empty where it has no end.
+/// Returns the holder's name, or "" if the text has no terminating zero.
 std::string name_in(const ControlRecord& record) {
   const auto end = std::find(record.who.begin(), record.who.end(), '\0');
   return end == record.who.end() ? std::string() : std::string(record.who.begin(), end);
@@ -62,7 +63,7 @@ void Control::close() {
 
 bool Control::is_valid(const ControlRecord& record) {
   const std::chrono::nanoseconds lease(record.lease_ns);
-  // Nobody has control: a record that was stored when it ended.
+  // A record without a name was stored when control ended: no client has control.
   if (record.who[0] == '\0') return true;
   return is_holder_name(name_in(record)) && lease >= nanoseconds(kShortestLease_s) &&
          lease <= nanoseconds(kLongestLease_s);
@@ -74,7 +75,7 @@ void Control::inherit(const ControlRecord& record) {
   if (state_) return;
   const Clock::duration lease = std::chrono::nanoseconds(record.lease_ns);
   const Clock::time_point now = Clock::now();
-  const Clock::time_point until{std::chrono::nanoseconds(record.until_ns)};  // any number
+  const Clock::time_point until{std::chrono::nanoseconds(record.until_ns)};  // can be any number
   state_ = State{++acquisitions_, name_in(record), record.key_digest, lease,
                  record.in_use != 0 ? now + lease : std::clamp(until, now, now + lease)};
   state_->may_expire = false;
@@ -105,7 +106,7 @@ Control::Use::~Use() {
   if (control_ != nullptr) control_->end_use(number_);
 }
 
-/// Whoever was admitted before control was taken has returned.
+/// Waits until all calls that were admitted before control was taken have returned.
 void Control::await_alone(std::unique_lock<std::mutex>& lock, const Wanted& wanted) {
   constexpr std::chrono::milliseconds kLook{5};
   for (Patience patience{kCallsEnd};;) {
@@ -138,7 +139,7 @@ std::string Control::acquire(const std::string& who, double lease_s, const Admit
   admit();
   lock.lock();
   if (state_) throw not_ready(describe());
-  // Refuses everyone from now on; the key is not known to anybody yet, and the lease does not run.
+  // Refuses all other clients from now on. No client knows the key yet, and the lease does not run.
   State& state = state_.emplace(State{++acquisitions_, who, digest_of(key), lease, Clock::now() + lease});
   state.uses = 1;
   state.beginning = true;
@@ -161,14 +162,14 @@ std::string Control::acquire(const std::string& who, double lease_s, const Admit
   return key;
 }
 
-/// The thread that ends it may be late.
+/// Returns true if the lease has run out, even if the thread that ends it is late.
 bool Control::has_run_out() const {
   return state_->uses == 0 && state_->may_expire && Clock::now() >= state_->until;
 }
 
 bool Control::has_key(const std::string& key) const {
   if (!state_ || state_->ending || has_run_out()) return false;
-  // In a time that does not depend on where the two differ.
+  // The comparison takes the same time wherever the digests differ.
   return ::CRYPTO_memcmp(state_->key_digest.data(), digest_of(key).data(), state_->key_digest.size()) == 0;
 }
 
@@ -216,7 +217,7 @@ std::string Control::end(std::unique_lock<std::mutex>& lock, bool is_released, c
   std::string failure = on_end_(ending);
   lock.lock();
   state_.reset();
-  keep();  // not before the arm was stopped: a servant that is killed meanwhile leaves that to the next
+  keep();  // Follows the stop: if the servant is killed before, the next servant has to stop the arm.
   changed_.notify_all();
   return failure;
 }
@@ -272,7 +273,7 @@ void Control::end_use(std::uint64_t number) {
     if (--public_uses_ == 0) changed_.notify_all();
     return;
   }
-  // Control may have been released meanwhile, and acquired by another.
+  // Control may have been released meanwhile, and acquired by another client.
   if (!state_ || state_->number != number) return;
   --state_->uses;
   state_->until = Clock::now() + state_->lease;

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * The robot without an ORB, in C: what every adapter (omniORB, ORBit2) calls. Units are the CORBA
- * interface's: metres, degrees, seconds, percent; of a joint that slides metres and m/s where others have degrees and
- * degrees/s. Every function is thread-safe; none is real-time safe. No exception crosses this header.
+ * The robot without an ORB, in C, for all adapters (omniORB, ORBit2). The units are those of the CORBA
+ * interface: metres, degrees, seconds, percent. Values of a sliding joint are in metres and m/s instead of
+ * degrees and degrees/s. Every function is thread-safe; none is real-time safe. No exception crosses this
+ * header.
  *
- * Functions that can fail return CORBOT_OK or the kind of failure and fill *error. Nothing has moved then. */
+ * Functions that can fail return CORBOT_OK or the kind of failure and fill *error. After a failure nothing
+ * has moved. */
 #ifndef CORBOT_ROBOT_H
 #define CORBOT_ROBOT_H
 
@@ -17,35 +19,35 @@
 extern "C" {
 #endif
 
-/* Reads the profile, attaches as the servant to the segment of `name` (NULL: the profile's own name) and
- * goes on trying in the background while no real-time task is there. NULL and *error on a bad profile or when
- * another servant is attached. */
+/* Reads the profile and attaches as the servant to the segment of `name` (NULL: the profile's own name).
+ * Retries in the background while no real-time task runs. Returns NULL and fills *error if the profile is
+ * invalid or another servant is attached. */
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
-/* From now on the last position is saved on disk for the next power-up, and every call with a caller but the waits is
- * recorded in the audit log, both in `directory` (NULL: CORBOT_STATE_DIR, or below XDG_STATE_HOME or HOME). `warn`
- * (may be NULL) is called, from another thread, when that fails; no call does for it. */
+/* Saves the last position on disk for the next power-up from now on, and records every call that has a
+ * caller, except the waits, in the audit log. Both are in `directory` (NULL: CORBOT_STATE_DIR, or below
+ * XDG_STATE_HOME or HOME). If that fails, no call fails; another thread calls `warn` (may be NULL). */
 void corbot_robot_keep_state(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
-/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. What was accepted is carried out for as long as
- * the profile's orphan_s, unless another servant is attached by then. */
+/* Wakes every waiting call (CORBOT_NOT_READY) and detaches. The task continues accepted motions for the
+ * profile's orphan_s, or longer if another servant attaches by then. */
 void corbot_robot_close(corbot_robot* robot);
-/* Calls are served from now on. `answers` is called again and again until corbot_robot_interrupt, from a
- * thread of its own: 1 when a call from outside has got through, which proves that the servant responds, 0
- * when not. It must come back within a second or so. Where it fails for longer, the real-time task stops
- * what moves after the profile's orphan_s. The supervisor of this process is told by sd_notify(3): ready
- * now, and well as long as this succeeds. Once in a robot's life. */
+/* Reports that calls are served from now on. A separate thread calls `answers` repeatedly until
+ * corbot_robot_interrupt. `answers` returns 1 if a call from outside got through, which proves that the
+ * servant responds, else 0. It must return within about a second. If it fails for longer, the real-time task
+ * stops the arm after the profile's orphan_s. The supervisor of this process receives sd_notify(3): ready
+ * now, and alive while `answers` succeeds. Call this function once in a robot's life. */
 void corbot_robot_serve(corbot_robot* robot, int (*answers)(void* context), void* context);
-/* Every call that waits for a motion, now or later, returns CORBOT_NOT_READY: the process is about to end. */
+/* Ends every wait for a motion, now and later, with CORBOT_NOT_READY: the process is about to end. */
 void corbot_robot_interrupt(corbot_robot* robot);
 
 void corbot_robot_describe(const corbot_robot* robot, corbot_description* out);
-/* The profile's arm as a URDF, which lives as long as the robot. */
+/* The profile's arm as a URDF; the text lives as long as the robot. */
 const char* corbot_robot_urdf(const corbot_robot* robot);
 
-/* Reads; never wait for a motion. */
+/* Reads. They never wait for a motion. */
 corbot_status corbot_robot_joints(const corbot_robot* robot, double out[CORBOT_MAX_JOINTS],
                                   corbot_error* error);
 corbot_status corbot_robot_pose(const corbot_robot* robot, corbot_pose* out, corbot_error* error);
-/* All that can be read of one cycle. CORBOT_NO_DATA: no real-time task has ever been seen. */
+/* Reads all data of one cycle. CORBOT_NO_DATA: no real-time task has run yet. */
 corbot_status corbot_robot_arm_state(const corbot_robot* robot, corbot_arm_state* out, corbot_error* error);
 corbot_gripper corbot_robot_gripper(const corbot_robot* robot);
 corbot_state corbot_robot_state(const corbot_robot* robot);
@@ -54,45 +56,48 @@ int32_t corbot_robot_paused(const corbot_robot* robot);    /* a Pause is in forc
 double corbot_robot_tool_pitch(const corbot_robot* robot); /* degrees */
 size_t corbot_robot_alarms(const corbot_robot* robot, corbot_alarm out[CORBOT_MAX_ALARMS]);
 corbot_status corbot_robot_loop_info(const corbot_robot* robot, corbot_loop_info* out, corbot_error* error);
-/* Since the newest cycle of the real-time task, of which all of these are. */
+/* Time since the newest cycle of the real-time task. All of these reads refer to that cycle. */
 corbot_status corbot_robot_cycle_age(const corbot_robot* robot, double* out_s, corbot_error* error);
 corbot_status corbot_robot_device_info(const corbot_robot* robot, corbot_device_info* out,
                                        corbot_error* error);
 
-/* How many stops have been counted so far, and how many of them by other processes; 0 where no real-time
- * task has been seen. A request has this number from its arrival on, see corbot_caller. */
+/* Number of stops counted so far, and how many of them other processes counted; 0 before the first real-time
+ * task. The adapter reads the number when a request arrives, see corbot_caller. */
 void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_others);
 
-/* Exclusive control: whoever holds it works through a reference with a key that nobody can guess. While it is held,
- * motions, settings, Cancel, Pause, Resume and Override without that key are refused: CORBOT_NOT_READY, the text names
- * the holder and the time left. A key that was never given is refused as one whose control has ended. Reads, waits,
- * Stop, StopAndHold and Clear are free for everyone, through every key. */
+/* Exclusive control: the holder uses a reference with a key that cannot be guessed. While a client has
+ * control, calls without its key fail with CORBOT_NOT_READY if they are motions, settings, Cancel, Pause,
+ * Resume or Override. The text names the holder and the time left. A key that was never issued fails like one
+ * whose control has ended. Every client may use reads, waits, Stop, StopAndHold and Clear, through every key.
+ */
 
-/* Takes control for `lease_s`, and gives the key, 32 hexadecimal digits. The lease begins anew with each call under the
- * key and with corbot_robot_renew, and does not run out while such a call is under way. When it has run out, and with
- * corbot_robot_release, the arm is stopped on its path. CORBOT_BAD_PARAMETER: a name or a lease that is not allowed;
- * CORBOT_NOT_READY: another has control, motions of others are pending, or the caller is no longer there. */
+/* Takes control for `lease_s` and fills in the key, 32 hexadecimal digits. Each call with the key and
+ * corbot_robot_renew begin the lease anew; the lease does not run during such a call. The arm stops on its
+ * path when the lease has run out, and on corbot_robot_release. CORBOT_BAD_PARAMETER: the name or the lease
+ * is not allowed. CORBOT_NOT_READY: another client has control, other clients' motions are pending, or the
+ * caller has disconnected. */
 corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* caller, const char* who,
                                    double lease_s, char key[CORBOT_KEY], corbot_error* error);
-/* For corbot_caller, from the octets in the reference that was called: what cannot be a key (too long, too short, or with
- * a zero in it, where a C string would end) becomes "-", which is none either. */
+/* Reads the key for corbot_caller from the octets in the called reference. Octets that cannot be a key (too
+ * long, too short, or with a zero, where a C string would end) become "-", which is no valid key either. */
 void corbot_read_key(const void* octets, size_t length, char key[CORBOT_KEY]);
-/* CORBOT_NOT_READY: the caller's key has no control, or not any more. */
+/* Begins the lease anew. CORBOT_NOT_READY: the caller's key does not have control, or no longer. */
 corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
-/* Returns at rest. CORBOT_NOT_READY as above; and where it is not known that the arm has stopped: control has ended then,
- * too. */
+/* Ends control; returns at rest. CORBOT_NOT_READY: as above, or the arm may not have stopped. In the second
+ * case control has ended, too. */
 corbot_status corbot_robot_release(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
-/* The same for whoever has control, for a caller with no key: the robot's own user, where the key is lost.
- * CORBOT_NOT_READY: nobody has control, or just gets it, or gives it back; and as above. */
+/* Ends control of any holder, for a caller without a key: the robot's own user, when the key is lost.
+ * CORBOT_NOT_READY: no client has control, a client is just acquiring or releasing it, and as above. */
 corbot_status corbot_robot_end_control(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
-/* By SIGUSR1, which the kernel delivers from this process's user and from root only (`corbot release --force`). The first
- * before the program starts a thread or opens a robot, the second once calls are served, until corbot_robot_close. */
+/* Forced release by SIGUSR1, which the kernel delivers only from this process's user and from root (`corbot
+ * release --force`). Call the first function before the program starts a thread or opens a robot. Call the
+ * second when calls are served; it works until corbot_robot_close. */
 void corbot_block_release_signal(void);
 void corbot_robot_heed_release_signal(corbot_robot* robot);
 void corbot_robot_holder(const corbot_robot* robot, corbot_holder* out);
 
-/* Start a motion: plan all of it, hand it over, return its ticket. CORBOT_STOPPED where a Stop was counted
- * since the request arrived. */
+/* Start a motion: plan all of it, hand it over, return its ticket. CORBOT_STOPPED: a Stop was counted after
+ * the request arrived. */
 corbot_status corbot_robot_move(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
                                 double d_m, double t_s, corbot_ticket* ticket, corbot_error* error);
 corbot_status corbot_robot_move_s(corbot_robot* robot, const corbot_caller* caller, const double p_m[3],
@@ -113,12 +118,13 @@ corbot_status corbot_robot_open_gripper(corbot_robot* robot, const corbot_caller
 corbot_status corbot_robot_close_gripper(corbot_robot* robot, const corbot_caller* caller,
                                          corbot_ticket* ticket, corbot_error* error);
 
-/* 0 (closed) to 100 (open). Ends, where the device measures the opening, when the fingers have got as far as they get. */
+/* Moves the gripper to 0 (closed) to 100 (open). If the device measures the opening, the motion ends when the
+ * fingers have stopped. */
 corbot_status corbot_robot_set_gripper(corbot_robot* robot, const corbot_caller* caller, double percent,
                                        corbot_ticket* ticket, corbot_error* error);
 
-/* To a pose, freely and along a line, and by an offset from where the tool is when the motion begins. Quaternions are of unit
- * length within 1e-6, w of any sign. `frame`: a corbot_offset_frame. */
+/* Move to a pose, freely and along a line, and by an offset from the tool's pose at the beginning of the
+ * motion. Quaternions have unit length within 1e-6 and w of any sign. `frame`: a corbot_offset_frame. */
 corbot_status corbot_robot_move_pose(corbot_robot* robot, const corbot_caller* caller,
                                      const corbot_tool_pose* target, double t_s, corbot_ticket* ticket,
                                      corbot_error* error);
@@ -132,96 +138,103 @@ corbot_status corbot_robot_move_relative_s(corbot_robot* robot, const corbot_cal
                                            const corbot_tool_pose* offset, int32_t frame, double t_s,
                                            corbot_ticket* ticket, corbot_error* error);
 
-/* Waits until the motion has ended (or for timeout_s; negative: for ever) and returns its state. CORBOT_OK
- * also when the time ran out or the motion failed: read info->state. CORBOT_BAD_PARAMETER: no such ticket;
- * CORBOT_NO_DATA: none yet, as no task has been connected that knows those of the servant before. */
+/* Waits until the motion has ended, or for timeout_s (negative: without limit), and returns its state.
+ * Returns CORBOT_OK also after a time-out or a failed motion: read info->state. CORBOT_BAD_PARAMETER: no such
+ * ticket. CORBOT_NO_DATA: no such ticket yet, as no task has connected that knows the tickets of the previous
+ * servant. */
 corbot_status corbot_robot_wait(corbot_robot* robot, corbot_ticket ticket, double timeout_s,
                                 const corbot_caller* caller, corbot_motion_info* info, corbot_error* error);
-/* Waits for ever and turns the end of the motion into a status: CORBOT_OK, _STOPPED, or _NOT_READY with the
- * reason. */
+/* Waits without limit and turns the end of the motion into a status: CORBOT_OK, _STOPPED, or _NOT_READY with
+ * the reason. */
 corbot_status corbot_robot_finish(corbot_robot* robot, corbot_ticket ticket, const corbot_caller* caller,
                                   corbot_error* error);
 
-/* This counts a Stop, or with `hold` not 0 a StopAndHold, before all that its call takes. It takes no lock, no memory and no
- * system call. The call then gets the result in corbot_caller. Where no real-time task is connected nothing is counted: the
- * call does that, or refuses. */
+/* Counts a Stop, or a StopAndHold if `hold` is not 0, before its call takes any lock. Takes no lock, no
+ * memory and no system call. The caller passes the result on in corbot_caller. Counts nothing if no real-time
+ * task is connected: the call then counts the stop, or refuses it. */
 corbot_counted_stop corbot_robot_count_stop(corbot_robot* robot, int32_t hold);
-/* Pre-empt; never queued, never behind a plan that is being made. Stop returns at rest. */
+/* Pre-empts. Never queued, and never waits for a plan in progress. Stop returns at rest. */
 corbot_status corbot_robot_stop(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
-/* For many at once, in two halves: the first counts a stop, with `hold` not 0 that of a StopAndHold, and does not wait;
- * the second returns at rest, when all of them that were requested by the first are carried out. */
+/* Stop many robots at once, in two halves. The first counts a stop (`hold` not 0: of a StopAndHold) and does
+ * not wait. The second returns at rest, when all stops that the first requested are carried out. */
 void corbot_robot_request_stop(corbot_robot* robot, const corbot_caller* caller, int32_t hold);
 corbot_status corbot_robot_await_stops(corbot_robot* robot, int32_t hold, corbot_error* error);
-/* Takes back one motion and what is queued behind it; what is before it goes on. Returns when they have
- * ended. CORBOT_OK and no effect when it has ended; CORBOT_BAD_PARAMETER: no such ticket;
- * CORBOT_NOT_READY: nor is there a task. */
+/* Cancels one motion and all motions queued behind it; earlier motions continue. Returns when the cancelled
+ * motions have ended. CORBOT_OK without effect if the motion has already ended. CORBOT_BAD_PARAMETER: no such
+ * ticket. CORBOT_NOT_READY: no such ticket, and no task is connected. */
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,
                                   corbot_error* error);
-/* As Stop, and from then on nothing moves, whoever calls, until corbot_robot_clear: CORBOT_STATE_ERROR, with an alarm
- * of its own. Holds across restarts of this process and of the real-time task. */
+/* Stops like Stop. From then on no client can move the arm until corbot_robot_clear: the state is
+ * CORBOT_STATE_ERROR, with an alarm of its own. The hold persists across restarts of this process and of the
+ * real-time task. */
 corbot_status corbot_robot_stop_and_hold(corbot_robot* robot, const corbot_caller* caller,
                                          corbot_error* error);
 int32_t corbot_robot_held(const corbot_robot* robot); /* a StopAndHold is in force */
-/* Until corbot_robot_resume; a Stop does not end it. */
+/* Pauses until corbot_robot_resume; a Stop does not end the pause. */
 corbot_status corbot_robot_pause(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 corbot_status corbot_robot_resume(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 corbot_status corbot_robot_set_override(corbot_robot* robot, const corbot_caller* caller, double percent,
                                         corbot_error* error);
 corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);
 
-/* Settings for the motions planned from now on. CORBOT_NOT_READY: another has control. */
+/* Settings for the motions planned from now on. CORBOT_NOT_READY: another client has control. */
 corbot_status corbot_robot_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
                                  corbot_error* error);
 corbot_status corbot_robot_art_speed(corbot_robot* robot, const corbot_caller* caller, int32_t joint,
                                      double percent, corbot_error* error);
 corbot_status corbot_robot_all_speed(corbot_robot* robot, const corbot_caller* caller, double percent,
                                      corbot_error* error);
-/* What these three have set, percent; of the joints as many as the arm has. */
+/* The values that these three have set, in percent, with one element for each joint of the arm. */
 void corbot_robot_speeds(const corbot_robot* robot, double* tool, double joints[CORBOT_MAX_JOINTS]);
 corbot_status corbot_robot_set_tool_pitch(corbot_robot* robot, const corbot_caller* caller, double degrees,
                                           corbot_error* error);
-/* Unit quaternion w, x, y, z; CORBOT_BAD_PARAMETER also where the arm does not follow every orientation. */
+/* Sets the unit quaternion w, x, y, z. CORBOT_BAD_PARAMETER also if the arm cannot follow every orientation.
+ */
 corbot_status corbot_robot_set_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
                                                 const double orientation[4], corbot_error* error);
-/* Takes back what the two above have set. */
+/* Undoes the two settings above. */
 corbot_status corbot_robot_reset_tool_orientation(corbot_robot* robot, const corbot_caller* caller,
                                                   corbot_error* error);
-/* 1 and the one that is set, w not negative; 0 and no rotation where none is. */
+/* Returns 1 and the orientation that is set, w not negative. Returns 0 and no rotation if none is set. */
 int32_t corbot_robot_tool_orientation(const corbot_robot* robot, double out[4]);
 
-/* Tool frame (flange to tool centre point) and base frame (where the arm stands in the frame of all positions), in place of the
- * profile's, for motions planned from now on and for what is read. CORBOT_BAD_PARAMETER: not finite, no unit quaternion
- * within 1e-6, too far, or a tool that this arm cannot take; CORBOT_NOT_READY: another has control. */
+/* Set the tool frame (flange to tool centre point) and the base frame (the arm's base in the frame of all
+ * positions) instead of the profile's. They apply to reads and to motions planned from now on.
+ * CORBOT_BAD_PARAMETER: not finite, no unit quaternion within 1e-6, too far, or a tool that this arm cannot
+ * take. CORBOT_NOT_READY: another client has control. */
 corbot_status corbot_robot_set_tool_frame(corbot_robot* robot, const corbot_caller* caller,
                                           const corbot_tool_pose* flange_T_tool, corbot_error* error);
 corbot_status corbot_robot_set_base_frame(corbot_robot* robot, const corbot_caller* caller,
                                           const corbot_tool_pose* world_T_base, corbot_error* error);
-/* The profile's again, both. */
+/* Restores both frames of the profile. */
 corbot_status corbot_robot_reset_frames(corbot_robot* robot, const corbot_caller* caller,
                                         corbot_error* error);
-/* Those in force. */
+/* The frames in force. */
 void corbot_robot_frames(const corbot_robot* robot, corbot_tool_pose* flange_T_tool,
                          corbot_tool_pose* world_T_base);
 
-/* All solutions at a pose in the frames in force, in the order of their numbers; their number in *count. Turns are counted from
- * where the arm stands. CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE: there is none. */
+/* All solutions at a pose in the frames in force, ordered by their numbers, and their count in *count. Turns
+ * count from the present position of the arm. CORBOT_BAD_PARAMETER, CORBOT_UNREACHABLE: there is no solution.
+ */
 corbot_status corbot_robot_solutions(const corbot_robot* robot, const corbot_tool_pose* target,
                                      corbot_pose_solution out[CORBOT_MAX_SOLUTIONS], size_t* count,
                                      corbot_error* error);
-/* The number of the one on which the set-points lie; -1: the arm's family has no closed form. */
+/* The number of the solution on which the set-points lie; -1: the arm's family has no closed form. */
 corbot_status corbot_robot_solution(const corbot_robot* robot, int32_t* number, corbot_error* error);
 
-/* Soft limits: ranges within the profile's that every motion keeps which is planned from now on; saved in the state
- * directory. `count`: of the ranges. CORBOT_BAD_PARAMETER: not one for each joint, not finite, or the lower above the upper;
- * CORBOT_LIMIT_EXCEEDED: beyond the profile's, or the arm stands outside; CORBOT_NOT_READY: motions are under way, they
- * cannot be saved, or another has control. */
+/* Sets the soft limits: ranges within the profile's that every motion planned from now on keeps. The state
+ * directory stores them. `count`: number of ranges. CORBOT_BAD_PARAMETER: not one range for each joint, not
+ * finite, or the lower bound above the upper. CORBOT_LIMIT_EXCEEDED: beyond the profile's ranges, or the arm
+ * is outside. CORBOT_NOT_READY: motions are under way, the limits cannot be saved, or another client has
+ * control. */
 corbot_status corbot_robot_set_soft_limits(corbot_robot* robot, const corbot_caller* caller,
                                            const corbot_joint_ranges* limits, size_t count,
                                            corbot_error* error);
-/* The profile's ranges again. */
+/* Restores the profile's ranges. */
 corbot_status corbot_robot_reset_soft_limits(corbot_robot* robot, const corbot_caller* caller,
                                              corbot_error* error);
-/* Those in force, and 1; or 0: they are not known, and no joint moves until they are set or reset. */
+/* Returns 1 and the limits in force. Returns 0 if they are not known: no joint moves until they are set or
+ * reset. */
 int32_t corbot_robot_soft_limits(const corbot_robot* robot, corbot_joint_ranges* out);
 
 #ifdef __cplusplus

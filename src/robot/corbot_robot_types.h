@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * What the functions of corbot_robot.h take and return. */
+ * Argument and result types of the functions in corbot_robot.h. */
 #ifndef CORBOT_ROBOT_TYPES_H
 #define CORBOT_ROBOT_TYPES_H
 
@@ -20,7 +20,7 @@ enum {
   CORBOT_JOINT_NAME = 64
 };
 
-/* Kinds of failure; each but the last two is an exception of robot.idl. */
+/* Kinds of failure; each except the last two is an exception of robot.idl. */
 typedef enum corbot_status {
   CORBOT_OK = 0,
   CORBOT_BAD_PARAMETER,  /* parameter, value, text */
@@ -29,7 +29,7 @@ typedef enum corbot_status {
   CORBOT_NOT_READY,      /* text */
   CORBOT_STOPPED,        /* text */
   CORBOT_QUEUE_FULL,     /* capacity, text */
-  CORBOT_NO_DATA,        /* no real-time task has ever been seen; text */
+  CORBOT_NO_DATA,        /* no real-time task has run yet; text */
   CORBOT_INTERNAL        /* text */
 } corbot_status;
 
@@ -65,27 +65,27 @@ typedef struct corbot_motion_info {
   char reason[CORBOT_TEXT];
 } corbot_motion_info;
 
-/* Order of robot.idl's enumerations. */
+/* The order is that of robot.idl's enumerations. */
 typedef enum corbot_gripper { CORBOT_GRIPPER_OPEN, CORBOT_GRIPPER_CLOSE } corbot_gripper;
 typedef enum corbot_state { CORBOT_STATE_ERROR, CORBOT_STATE_WAITING, CORBOT_STATE_STANDBY } corbot_state;
 
-/* Values of joints, here and in corbot_robot.h, are of each joint's kind: degrees and degrees/s where it turns, metres and m/s
- * where it slides, which `slides` says. Their arrays go by joint, from the base on; joints beyond the arm's are 0. */
+/* Joint values, here and in corbot_robot.h: degrees and degrees/s for a rotary joint, metres and m/s for a
+ * sliding one, see `slides`. Their arrays start at the base; elements beyond the arm's joints are 0. */
 
-/* What does not change while the servant runs. */
+/* Properties that do not change while the servant runs. */
 typedef struct corbot_description {
   char name[64];
   int32_t kind; /* order of RobotKind */
   int32_t dof;
   double lower[CORBOT_MAX_JOINTS];   /* degrees; m where the joint slides */
   double upper[CORBOT_MAX_JOINTS];   /* as lower */
-  double speed[CORBOT_MAX_JOINTS];   /* their limits, degrees/s; m/s where the joint slides */
+  double speed[CORBOT_MAX_JOINTS];   /* speed limits, degrees/s; m/s where the joint slides */
   int32_t slides[CORBOT_MAX_JOINTS]; /* 1: the joint slides */
   char joint_name[CORBOT_MAX_JOINTS][CORBOT_JOINT_NAME];
   double reach_m;
-  char endpoint_host[256]; /* where the profile says that the robot is served */
+  char endpoint_host[256]; /* the endpoint in the profile */
   int32_t endpoint_port;
-  char version[32];     /* of corbot */
+  char version[32];     /* corbot's version */
   char fingerprint[20]; /* of the arm's model, 16 hexadecimal digits */
   double started_s;     /* when the robot was opened, since the Unix epoch */
 } corbot_description;
@@ -118,18 +118,19 @@ typedef enum corbot_device_health {
   CORBOT_DEVICE_LOST
 } corbot_device_health;
 
-/* The servos' controller. Ages in seconds, 0 where there is nothing. */
+/* The servos' controller. Ages are in seconds, 0 if there is no value. */
 typedef struct corbot_device_info {
   char backend[32]; /* `kind` of the profile */
   corbot_device_health health;
-  uint32_t cause; /* why it is degraded or lost, 0: it is not */
+  uint32_t cause; /* why it is degraded or lost; 0: it is neither */
   char cause_text[CORBOT_TEXT];
-  uint64_t frames;             /* that it has taken */
-  double age_s, age_max_s;     /* of the newest frame when it had taken it; the longest since it was opened */
+  uint64_t frames; /* number of frames that the device accepted */
+  /* age: from the newest frame to its acceptance; age_max: the longest since the device was opened */
+  double age_s, age_max_s;
   int32_t measured;            /* it measures positions */
-  double measured_age_s;       /* of the last of them, now */
+  double measured_age_s;       /* age of the last measurement, now */
   int32_t position_unverified; /* the first motion is slow */
-  int32_t emergency_stop;      /* seen now */
+  int32_t emergency_stop;      /* active now */
 } corbot_device_info;
 
 typedef enum corbot_holding { CORBOT_HOLDING_UNKNOWN, CORBOT_HOLDING_NO, CORBOT_HOLDING_YES } corbot_holding;
@@ -138,24 +139,24 @@ typedef enum corbot_holding { CORBOT_HOLDING_UNKNOWN, CORBOT_HOLDING_NO, CORBOT_
 typedef struct corbot_gripper_info {
   double commanded_percent;
   int32_t measured;       /* the device measures the opening */
-  double opening_percent; /* measured; the set-point where it is not */
+  double opening_percent; /* measured, else the set-point */
   corbot_holding holding;
 } corbot_gripper_info;
 
-/* Of the tool frame in the base frame. */
+/* Pose of the tool frame in the base frame. */
 typedef struct corbot_tool_pose {
   double position_m[3];
   double orientation[4]; /* unit quaternion w, x, y, z; w is not negative */
 } corbot_tool_pose;
 
-/* Along and about whose axes an offset of the tool counts. */
+/* The frame whose axes an offset of the tool refers to. */
 typedef enum corbot_offset_frame { CORBOT_OFFSET_IN_BASE, CORBOT_OFFSET_IN_TOOL } corbot_offset_frame;
 
 /* One of the arm's solutions at a pose. */
 typedef struct corbot_pose_solution {
   uint32_t number;
   double joints[CORBOT_MAX_JOINTS]; /* degrees; m where the joint slides */
-  int32_t in_range;                 /* of the ranges that motions keep, soft limits included */
+  int32_t in_range;                 /* within the ranges that motions keep, soft limits included */
   double orientation_error_deg;
 } corbot_pose_solution;
 
@@ -165,7 +166,7 @@ typedef struct corbot_joint_ranges {
   double upper[CORBOT_MAX_JOINTS];
 } corbot_joint_ranges;
 
-/* Whose limit it is, and of which derivative. */
+/* Owner of a limit, and the derivative that it bounds. */
 typedef enum corbot_limit_owner {
   CORBOT_OWNER_JOINT,
   CORBOT_OWNER_TOOL,
@@ -177,17 +178,17 @@ typedef enum corbot_limit_kind {
   CORBOT_LIMIT_JERK
 } corbot_limit_kind;
 
-/* The limit that a planned motion is nearest to for a time. */
+/* A stretch of a planned motion and the limit that is the nearest throughout. */
 typedef struct corbot_plan_stretch {
   double begin_s; /* from the beginning of the part, at override 100 % */
   double end_s;
   int32_t owner; /* a corbot_limit_owner */
   int32_t joint; /* -1 where the owner is no joint */
   int32_t limit; /* a corbot_limit_kind */
-  double share;  /* the greatest here, 0 to 1 of what a plan may use */
+  double share;  /* the greatest in this stretch, 0 to 1 of the value that a plan may use */
 } corbot_plan_stretch;
 
-/* A part of a planned motion: one of two of a MoveC, else the whole. */
+/* A part of a planned motion: one of the two of a MoveC, else the whole motion. */
 enum { CORBOT_MAX_STRETCHES = 100, CORBOT_MAX_PARTS = 2 };
 typedef struct corbot_plan_part {
   double duration_s; /* at override 100 % */
@@ -205,51 +206,53 @@ typedef struct corbot_plan {
   corbot_plan_part parts[CORBOT_MAX_PARTS];
 } corbot_plan;
 
-/* What becomes of a call that has not ended yet. */
+/* Whether the client of a call is still waiting for its result. */
 typedef enum corbot_presence {
   CORBOT_CALLER_GONE,
   CORBOT_CALLER_PRESENT,
-  CORBOT_CALLER_CROWDED /* there, but too many calls of its host take long: this one is to end */
+  /* connected, but too many calls of its host take long: this call has to end */
+  CORBOT_CALLER_CROWDED
 } corbot_presence;
 
-/* The client of a call; a pointer to it may be NULL where it is not known. */
-/* This is a Stop or StopAndHold that was counted where its request arrived, see corbot_robot_count_stop. */
+/* A Stop or StopAndHold that was counted when its request arrived, see corbot_robot_count_stop. */
 typedef struct corbot_counted_stop {
-  int32_t counted; /* 0: it was not */
+  int32_t counted; /* 0: not counted */
   uint64_t number;
   uint64_t last; /* number of the last command that was planned before it */
-  uint64_t hold; /* of a StopAndHold, the number of its hold */
+  uint64_t hold; /* the number of the hold, for a StopAndHold */
 } corbot_counted_stop;
 
 typedef struct corbot_caller {
-  /* A corbot_presence. Asked a few times a second while the call waits for a motion: a wait whose caller is gone ends
-   * with CORBOT_NOT_READY, and the motion goes on. Asked every few milliseconds while any other call but a stop waits:
-   * what it was to start is not started (CORBOT_QUEUE_FULL when crowded), control is not given, and what else it has
-   * asked for goes on (CORBOT_NOT_READY). NULL: it is always there. */
+  /* Returns a corbot_presence. A wait for a motion calls it a few times a second; if the caller has
+   * disconnected, the wait ends with CORBOT_NOT_READY, and the motion continues. Every other waiting call
+   * except a stop calls it every few milliseconds. Such a call then starts no motion (CORBOT_QUEUE_FULL if
+   * crowded) and gives no control; other changes that it requested go on (CORBOT_NOT_READY). NULL: the caller
+   * is always present. */
   int (*present)(void* context);
   void* context;
-  int32_t places; /* for calls of its host that take long */
-  /* Of the reference that was called, see corbot_read_key; NULL or "": the public one. */
+  int32_t places; /* slots for long calls of the caller's host */
+  /* Key in the called reference, see corbot_read_key; NULL or "": the public reference. */
   const char* key;
   /* Address of the caller's connection, "127.0.0.1:51234", "local uid 1000"; NULL: not known. */
   const char* from;
-  /* As corbot_robot_stops gave it before the request was read; 0: it is counted when the function is called. */
+  /* Result of corbot_robot_stops before the request was read; 0: the function reads the number when called.
+   */
   uint64_t stops;
-  /* A Stop or StopAndHold that was counted on arrival is here, and is not counted again. */
+  /* A Stop or StopAndHold that was counted on arrival; the function does not count it again. */
   corbot_counted_stop counted;
-  /* Not NULL: a function that starts a motion plans the motion, fills this and starts nothing. The function needs no control
-   * then, waits for nothing, and leaves *ticket alone. */
+  /* If not NULL, a function that starts a motion only plans it and fills this in. The function then needs no
+   * control, waits for nothing, and leaves *ticket alone. */
   corbot_plan* plan;
 } corbot_caller;
 
 /* A key and its final zero, see corbot_robot_acquire. */
 enum { CORBOT_KEY = 33 };
 typedef struct corbot_holder {
-  char who[65];  /* "": nobody has control */
-  double left_s; /* of the lease */
+  char who[65];  /* "": no client has control */
+  double left_s; /* time left of the lease */
 } corbot_holder;
 
-/* The arm at the end of one cycle of the real-time task, from which ages count. */
+/* The arm at the end of one cycle of the real-time task. Ages count from that cycle. */
 typedef struct corbot_arm_state {
   uint64_t cycle;
   double time_s; /* when the cycle was due, since the Unix epoch */
@@ -258,11 +261,12 @@ typedef struct corbot_arm_state {
   int32_t paused;
   int32_t held;
   double override_percent;
-  double commanded[CORBOT_MAX_JOINTS];       /* set-points, degrees; m where the joint slides */
-  double speed[CORBOT_MAX_JOINTS];           /* of the set-points, degrees/s; m/s where the joint slides */
-  int32_t measured;                          /* the device measures the joints */
-  double measured_joints[CORBOT_MAX_JOINTS]; /* as commanded */
-  corbot_tool_pose tool;                     /* of the measured joints, else of the set-points */
+  double commanded[CORBOT_MAX_JOINTS]; /* set-points, degrees; m where the joint slides */
+  double speed[CORBOT_MAX_JOINTS];     /* speed of the set-points, degrees/s; m/s where the joint slides */
+  int32_t measured;                    /* the device measures the joints */
+  double measured_joints[CORBOT_MAX_JOINTS]; /* like commanded */
+  /* pose at the measured joints, else at the set-points */
+  corbot_tool_pose tool;
   corbot_tool_pose tool_commanded;
   corbot_motion_info motion; /* the one under way; id 0: none */
   uint32_t queued;           /* accepted and not begun */

@@ -16,14 +16,14 @@ namespace corbot {
 namespace {
 
 constexpr double kLatest_s = 1e12;  // since the Unix epoch
-constexpr double kRounding = 1e-6;  // of an end that was computed from what was planned
+constexpr double kRounding = 1e-6;  // of an end that was computed from the plan
 constexpr std::int32_t kCodes = 1000;
 
-/// False for whatever is not finite, too.
+/// Returns false for any value that is not finite, too.
 bool is_within(double value, double lower, double upper) { return value >= lower && value <= upper; }
 bool is_ratio(double value) { return value > 0.0 && value <= 1.0; }
 
-/// Also of an arm that cannot take the tool: the profile may be another than the former servant's.
+/// Returns false also if the arm cannot take the tool: the profile may differ from the previous servant's.
 bool are_valid_frames(const SettingsRecord& record, const ArmModel& arm) {
   const bool has_tool = (record.frames_set & kSettingsToolFrame) != 0;
   const bool has_base = (record.frames_set & kSettingsBaseFrame) != 0;
@@ -41,7 +41,7 @@ bool is_valid(const SettingsRecord& record) {
          is_within(squared_norm(record.tool_orientation), 1.0 - kRounding, 1.0 + kRounding);
 }
 
-/// Printable ASCII, with an end.
+/// Returns true for printable ASCII with a terminating zero.
 template <class Text>
 bool is_text(const Text& text) {
   const auto end = std::find(std::begin(text), std::end(text), '\0');
@@ -74,7 +74,7 @@ bool is_valid(const ControlRecord& record) { return Control::is_valid(record); }
 
 bool is_valid(const HoldRecord& record) { return is_text(record.by); }
 
-/// Whether there is a record; counts a cell that no servant has written.
+/// Returns true if there is a record. Counts a cell that no servant has written as invalid.
 template <class Record>
 bool read(const DurableCell<Record>& cell, Record& record, int& invalid) {
   const auto content = cell.load(record);
@@ -82,7 +82,7 @@ bool read(const DurableCell<Record>& cell, Record& record, int& invalid) {
   return content == DurableCell<Record>::Content::kRecord;
 }
 
-/// Whether there is a valid record; counts one that is not, too.
+/// Returns true if there is a valid record. Counts an invalid one, too.
 template <class Record>
 bool read_valid(const DurableCell<Record>& cell, Record& record, int& invalid) {
   if (!read(cell, record, invalid)) return false;
@@ -108,7 +108,8 @@ void read_alarms(const ServantState& former, InheritedState& state) {
   }
 }
 
-/// The servant was killed before it handed the motion over: its number was never given to a client.
+/// Returns true if the servant was killed before it handed the motion over. No client then received the
+/// number.
 bool was_never_handed_over(const TicketRecord& record, const ServantSegment& former) {
   return record.handed_until != 0 &&
          static_cast<std::int64_t>(former.commands.published() - record.handed_until) < 0;

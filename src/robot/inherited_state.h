@@ -14,18 +14,19 @@
 
 namespace corbot {
 
-/// What the servant before this one has left, as far as it is valid.
+/// The valid part of the state that the previous servant left.
 struct InheritedState {
   std::optional<PlanSettings> settings;
   std::vector<AlarmEntry> alarms;  ///< oldest first
-  std::vector<Ticket> tickets;     ///< in the order of their numbers
+  std::vector<Ticket> tickets;     ///< ordered by number
   std::optional<ControlRecord> control;
-  std::string held_by;  ///< who asked for the last StopAndHold; empty: not known
-  int invalid{0};       ///< records that no servant of this robot writes: each was left out
+  std::string held_by;  ///< the client that requested the last StopAndHold; empty: not known
+  int invalid{0};       ///< number of omitted records, which no servant of this robot writes
 };
 
-/// Reads what another process wrote. Every record is copied once and each of its fields checked; one that is torn
-/// or invalid costs none of the others. `next_command_id`: of the new servant, beyond all numbers that can be right.
+/// Reads the state that another process wrote. Copies every record once and checks each of its fields; a torn
+/// or invalid record does not affect the others. `next_command_id` of the new servant is beyond all valid
+/// numbers.
 [[nodiscard]] InheritedState read_inherited(const ServantSegment& former, const ArmModel& arm,
                                             std::uint64_t next_command_id);
 

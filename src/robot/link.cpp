@@ -18,12 +18,14 @@ using namespace std::chrono_literals;
 
 constexpr auto kRetry = 50ms;  // between attempts to find a task
 constexpr auto kFirstService = 1s;
-constexpr std::int64_t kPeerPoll_ns = 20'000'000;  // a dead task is noticed within this time
+constexpr std::int64_t kPeerPoll_ns = 20'000'000;  // longest time until the death of a task is detected
 constexpr std::int64_t kServicePoll_ns = 2'000'000;
 constexpr auto kAlarmsRead = 1s;
-constexpr auto kSnapshotOfVerdict = 5ms;  // a verdict's snapshot follows it within a cycle
+constexpr auto kSnapshotOfVerdict =
+    5ms;  // longest wait for a verdict's snapshot, which follows within a cycle
 
-/// What to do depends on whether this servant is supervised, by `corbot up` or systemd: then the task is, too.
+/// Describes the loss of the task. A supervisor of this servant (`corbot up` or systemd) supervises the task,
+/// too, and restarts it.
 std::string task_is_gone(const std::string& name) {
   return fmt::format("the real-time task of {} is gone; {}", name,
                      is_supervised() ? "its supervisor is starting it again" : "start corbot-rt again");
@@ -56,7 +58,7 @@ void Link::start() {
   channel_ = std::move(channel);
   const bool is_connected = channel_ != nullptr;
   thread_ = std::thread([this] { run(); });
-  // A servant that says that it is ready is, unless its task still has to bring the arm to its place.
+  // A servant that reports "ready" can work, unless its task still has to move the arm to its start position.
   if (is_connected) connected_.wait_for(lock, kFirstService, [this] { return alive(); });
 }
 
@@ -78,8 +80,8 @@ void Link::close() {
   published_.replace(nullptr);
   if (last) last->disconnect();
   last.reset();
-  // A task that ended before has left that to the servant; unless whoever supervises both starts the next one, which is
-  // to know whose segment was the last.
+  // If the task ended first, the servant removes the leftover socket. Under a supervisor it does not: the
+  // next task reads from it whose segment was the last.
   if (!is_supervised()) remove_left_behind(name_);
 }
 
@@ -135,7 +137,8 @@ std::shared_ptr<ServantChannel> Link::try_connect(bool first) {
   try {
     return port_.connect([this] { return ending(); });
   } catch (const SegmentError& error) {
-    // Only at the start: later, another servant in this one's place is a fault like any other, and may end.
+    // The first attempt only: later, another servant in this one's place is a fault like any other, and may
+    // go away.
     if (first && (error.kind() == SegmentError::Kind::kInUse || error.kind() == SegmentError::Kind::kBadName))
       throw;
     set_cause(
@@ -155,7 +158,7 @@ void Link::run() {
     lock.unlock();
     if (!channel) channel = try_connect(false);
     if (channel && await_service(*channel)) {
-      // The former one ends outside the lock, which every call takes.
+      // The previous channel is destroyed outside the lock, which every call takes.
       std::shared_ptr<ServantChannel> former = channel;
       {
         const std::lock_guard again(mutex_);
@@ -165,7 +168,7 @@ void Link::run() {
       former.reset();
       serve_until_gone(*channel);
     }
-    channel.reset();  // channel_ stays readable until there is another
+    channel.reset();  // channel_ stays readable until the next connection
     lock.lock();
     if (!end_) end_requested_.wait_for(lock, kRetry);
   }
@@ -187,7 +190,7 @@ bool Link::await_service(const ServantChannel& channel) {
 
 void Link::serve_until_gone(const ServantChannel& channel) {
   ReportRings rings(channel);
-  drain(channel, rings);  // what an earlier servant has not read
+  drain(channel, rings);  // reports that an earlier servant has not read
   {
     const std::lock_guard lock(mutex_);
     incarnation_.store(channel.task().incarnation, std::memory_order_release);
@@ -197,7 +200,7 @@ void Link::serve_until_gone(const ServantChannel& channel) {
   while (!ending()) {
     const std::atomic<std::uint32_t>& wake = channel.task().wake;
     const std::uint32_t seen = wake.load(std::memory_order_acquire);
-    // Asked before the rings are drained: verdicts that a dying task still gave are not lost.
+    // Read before the rings are drained, so that the last verdicts of a dying task are not lost.
     const bool lives = channel.task_alive();
     Snapshot before{};
     const bool has_snapshot = channel.task().snapshot.load(before);
@@ -222,7 +225,7 @@ void Link::drain(const ServantChannel& channel, ReportRings& rings) {
   Completion completion{};
   for (std::size_t i = 0; i < task.completions.capacity(); ++i) {
     if (rings.completions.pop(completion) != PopResult::kOk) return;
-    // A cycle publishes its verdicts before its snapshot: a call that ends with the verdict must find the arm
+    // A cycle publishes its verdicts before its snapshot. A call that ends with the verdict must find the arm
     // at rest.
     const auto deadline = std::chrono::steady_clock::now() + kSnapshotOfVerdict;
     for (Snapshot now{}; (!task.snapshot.load(now) || now.cycle < completion.cycle) &&

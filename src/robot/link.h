@@ -14,26 +14,25 @@
 
 namespace corbot {
 
-/// What the link reports to the robot; called from the link's own thread, one at a time.
+/// Receives the link's reports. The link's own thread calls these functions, one at a time.
 class LinkListener {
  public:
   virtual ~LinkListener() = default;
   virtual void on_completion(const Completion& completion) = 0;
   virtual void on_alarm(const AlarmEvent& alarm) = 0;
-  /// The real-time task died, ended, or was restarted:
-  /// no command that was running or queued will get its verdict.
+  /// The real-time task died, ended, or was restarted. Running and queued commands will get no verdict.
   virtual void on_lost(const std::string& reason) = 0;
-  /// A real-time task is connected and its cycle runs. `again`: not the first time.
+  /// A real-time task is connected and its cycle runs. `again`: not for the first time.
   virtual void on_attached(bool again) = 0;
-  /// Every report that was out before this snapshot of the connected task has been read.
+  /// Every report that the connected task issued before this snapshot has been read.
   virtual void on_drained(const Snapshot& before) = 0;
-  /// Once, before the task works for this servant for the first time. Numbers, pause and override have been
-  /// taken over.
+  /// Called once, before the task first works for this servant. Numbers, pause and override have been taken
+  /// over already.
   virtual void on_inherit(const Inheritance& inheritance) = 0;
 };
 
-/// The servant's end of the channel: connects to the real-time task, goes on trying while there is none, notices
-/// its death and its restart, and drains completions and alarms in a thread of its own.
+/// The servant's end of the channel. Connects to the real-time task, retries while there is none, and detects
+/// its death and its restart. A thread of its own drains completions and alarms.
 class Link {
  public:
   Link(std::string name, std::uint64_t fingerprint, LinkListener& listener);
@@ -41,48 +40,50 @@ class Link {
   Link& operator=(const Link&) = delete;
   ~Link() { close(); }
 
-  /// First attempt, then starts the thread; waits for a task that is there to work for this servant, a second at
-  /// most. Throws SegmentError when another servant is connected; any other
-  /// fault is kept as the cause and tried again.
+  /// Makes the first attempt and starts the thread. If a task runs, waits up to a second until it works for
+  /// this servant. Throws SegmentError if another servant is connected or the name is invalid. Keeps any
+  /// other fault as the cause and retries.
   void start();
   /// Ends the thread and the connection.
   void close();
 
-  /// A real-time task is connected and its cycle runs.
+  /// Returns true if a real-time task is connected and its cycle runs.
   [[nodiscard]] bool alive() const noexcept { return incarnation() != 0; }
-  /// A task has been connected since the start: what the servant before this one has left is taken over.
+  /// Returns true if a task has connected since the start: the previous servant's state is then taken over.
   [[nodiscard]] bool has_been_attached() const noexcept { return has_been_attached_; }
-  /// Of that task; 0 where there is none.
+  /// Returns the incarnation of that task, or 0 if there is none.
   [[nodiscard]] std::uint64_t incarnation() const noexcept {
     return incarnation_.load(std::memory_order_acquire);
   }
-  /// The channel, of a task that lives or the last; null when there has been none. Stays mapped while the caller
-  /// holds it.
+  /// Returns the channel of the present task or of the last one; null if there was none. The channel stays
+  /// mapped while the caller holds the pointer.
   [[nodiscard]] std::shared_ptr<ServantChannel> channel() const;
-  /// This is the number of the last stop that this servant knows of, or 0 where there has been no task. It takes no lock.
+  /// Returns the number of the last stop that this servant knows of, or 0 before the first task. Takes no
+  /// lock.
   [[nodiscard]] std::uint64_t stops() const noexcept;
-  /// This counts a Stop and returns its number. It takes no lock, no memory and no system call.
+  /// Counts a Stop and returns its number. Takes no lock, no memory and no system call.
   [[nodiscard]] std::uint64_t request_stop() noexcept;
-  /// The newest snapshot; false when there has never been one.
+  /// Reads the newest snapshot. Returns false if there has never been one.
   [[nodiscard]] bool snapshot(Snapshot& out) const;
-  /// Until the listener has had every alarm that the task gave out before, and that of its loss. A client that has
-  /// seen Error then finds its cause. As far as the link's thread reads them in time; never on that thread.
+  /// Waits until the listener has received every alarm that the task has issued, and the alarm of the task's
+  /// loss. A client that has seen Error then finds its cause. The wait is bounded. The link's own thread must
+  /// not call this.
   void await_alarms() const;
-  /// Why alive() is false, and what to do about it.
+  /// Returns why alive() is false, and what to do about it.
   [[nodiscard]] std::string cause() const;
-  /// This servant's segment, which is there before any task is, and as long as this.
+  /// Returns this servant's segment, which exists before any task and as long as this object.
   [[nodiscard]] ServantSegment& own() const noexcept { return port_.own(); }
 
  private:
-  /// The servant's ends of a channel's rings; the thread makes them anew for each connection.
+  /// The servant's ends of the channel's rings, created anew for each connection.
   struct ReportRings;
 
   void run();
   [[nodiscard]] bool ending() const;
-  /// One attempt; the cause is kept on failure.
+  /// Makes one attempt; keeps the cause of a failure.
   [[nodiscard]] std::shared_ptr<ServantChannel> try_connect(bool first);
   void set_cause(const std::string& cause);
-  /// Until the task's cycle works for this servant; false when the task is gone before.
+  /// Waits until the task's cycle works for this servant. Returns false if the task ends before.
   [[nodiscard]] bool await_service(const ServantChannel& channel);
   void serve_until_gone(const ServantChannel& channel);
   void drain(const ServantChannel& channel, ReportRings& rings);
@@ -92,20 +93,20 @@ class Link {
   LinkListener& listener_;
   ServantPort port_;
 
-  mutable std::mutex mutex_;  // of the members below, held for a moment only
+  mutable std::mutex mutex_;  // guards the members below, held briefly
   std::condition_variable end_requested_;
   std::condition_variable connected_;
   std::shared_ptr<ServantChannel> channel_;
   std::string cause_;
   bool end_{false};
 
-  mutable std::mutex alarms_mutex_;  // of the two below
+  mutable std::mutex alarms_mutex_;  // guards the two members below
   mutable std::condition_variable alarms_reported_;
-  std::uint64_t alarms_seen_{0};  // of the connected task's ring, those that the listener has had
-  bool is_losing_{false};         // the listener does not know yet that the task is gone
+  std::uint64_t alarms_seen_{0};  // number of alarms of the connected task that the listener has received
+  bool is_losing_{false};         // the listener has not yet received the loss of the task
 
-  Published<ServantChannel> published_;        // it names what channel_ names, for readers that take no lock
-  std::atomic<std::uint64_t> incarnation_{0};  // of the task that is alive; 0: none
+  Published<ServantChannel> published_;        // the pointer in channel_, for readers without a lock
+  std::atomic<std::uint64_t> incarnation_{0};  // incarnation of the living task; 0: none
   std::atomic<bool> has_been_attached_{false};
   std::thread thread_;
 };

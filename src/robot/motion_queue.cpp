@@ -12,11 +12,12 @@
 namespace corbot {
 namespace {
 
-constexpr double kEcho_s = 2.0;  // for what the task does within two cycles
+constexpr double kEcho_s = 2.0;  // for actions that the task completes within two cycles
 constexpr std::chrono::milliseconds kLook{5};
-constexpr std::chrono::seconds kRest{10};  // for what it does as fast as the arm's limits allow
+constexpr std::chrono::seconds kRest{
+    10};  // for actions that the task completes as fast as the arm's limits allow
 
-/// One of a bounded number of calls; the destructor makes room.
+/// One of a bounded number of calls; the destructor frees the slot.
 class Place {
  public:
   Place(std::atomic<int>& taken, int capacity) : taken_(taken) {
@@ -60,11 +61,11 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
                                   std::uint64_t arrival, const std::function<Control::Use()>& admit,
                                   const Wanted& wanted) {
   const LivingTask task = access_.living();
-  // Before anything that takes time: a Stop that is counted from here on, or was since the request arrived,
-  // ends this call, and the task refuses the motion if it is handed over after all.
+  // Read before anything that takes time. A Stop that is counted later, or was since the request arrived,
+  // ends this call. The task also refuses the motion if it is handed over after all.
   const std::uint64_t epoch = arrival != 0 ? arrival : task.stops();
   const std::uint64_t clears = task.own().control.clear_count.load(std::memory_order_acquire);
-  // After that: control that ends from here on counts a stop.
+  // Follows the read of the number of stops: control that ends from now on counts a stop.
   const Control::Use use = admit();
   const Place place(starting_, capacity_);
   Patience patience{std::chrono::duration<double>(kRestKnown_s)};
@@ -72,7 +73,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
     const bool is_last = patience.is_over();
     const std::uint64_t seen = access_.changes();
     if (const auto ticket = plan_next(request, settings, task, {epoch, clears})) return *ticket;
-    // Without a lock, which the thread that reads the cause takes as well.
+    // Without a lock: the thread that reads the cause takes the lock, too.
     if (is_in_error(task)) throw not_ready(view_.error_cause());
     if (is_last)
       throw not_ready(fmt::format("the arm has not come to rest in {:g} s; call again", kRestKnown_s));
@@ -81,13 +82,14 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
   }
 }
 
-/// Nothing: it is not known where the arm will rest, or no longer, after a Cancel or other limits meanwhile.
+/// Returns nothing if the arm's rest position is not known yet, or no longer after a Cancel or a change of
+/// limits.
 std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request,
                                                     const PlanSettings& settings, const LivingTask& task,
                                                     const Begin& begin) {
   using Basis = std::pair<PlanStart, std::optional<JointRanges>>;
   const auto basis = [&]() -> std::optional<Basis> {
-    // Only an Error is cleared. It has ended all that was accepted before the Clear.
+    // A Clear ends an Error, and the Error has ended all motions that were accepted before.
     if (task.own().control.clear_count.load(std::memory_order_acquire) != begin.clears)
       throw not_ready("an Error and its Clear came before the motion was planned; call again");
     const auto start = plan_start(task, begin.epoch);
@@ -137,16 +139,17 @@ std::optional<PlanStart> MotionQueue::plan_start(const LivingTask& task, std::ui
   if (now.state == RtState::kError) return std::nullopt;
   if (is_earlier_stop(now.stops_done, epoch)) return std::nullopt;
   if (const auto last = tickets_.last_pending()) {
-    // One that a Stop or a Cancel ends, or that went with an earlier task: its end is on its way.
+    // A motion that a Stop or a Cancel ends, or that belonged to an earlier task: its end has yet to be
+    // reported.
     if (last->cancelled || last->epoch != epoch || last->incarnation != task.incarnation) return std::nullopt;
     return last->end;
   }
-  // The verdict may be ahead of the snapshot; and what was taken back waits in the ring for its turn. What a servant
-  // before this one had handed over, the task has had from the first snapshot on, or never.
+  // The verdict may precede the snapshot, and a cancelled command waits in the ring for its turn. The task
+  // has the commands of a previous servant from the first snapshot on, or never.
   const bool has_ended = pushed_to_ != task.incarnation || now.last_done_id >= last_pushed_ ||
                          (is_idle(now) && last_pushed_ <= inherited_through_);
   if (!has_ended) return std::nullopt;
-  // A servant whose records could not be read has left motions that nobody has a ticket of.
+  // A servant with unreadable records has left motions without tickets.
   if (!is_idle(now)) throw not_ready(still_to_come(now));
   return PlanStart{now.position_q, now.gripper};
 }
@@ -160,10 +163,10 @@ void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
       const std::lock_guard lock(order_mutex_);
       access_.check(task);
       if (const std::size_t pending = tickets_.pending(); pending > 0) throw under_way(pending);
-      // What this servant has handed over comes after all of the ones before it, and all of it has its verdict: that
-      // may be ahead of the snapshot.
+      // The commands of this servant follow all those of previous ones, and all of them have verdicts. The
+      // verdicts may precede the snapshot.
       if (pushed_to_ == task.incarnation && last_pushed_ > inherited_through_) return;
-      // A servant whose records could not be read has left motions that nobody has a ticket of.
+      // A servant with unreadable records has left motions without tickets.
       if (task.segment().snapshot.load(now) && now.incarnation == task.incarnation && is_idle(now)) return;
     }
     if (is_last) throw not_ready(still_to_come(now));
@@ -194,7 +197,7 @@ void MotionQueue::change_limits(const JointRanges& wanted) {
     const std::lock_guard lock(order_mutex_);
     check_limits(task, wanted);
   }
-  // The disk may be slow: no call waits for it but other changes of the limits.
+  // The disk may be slow: only other changes of the limits wait for it.
   limits_.change(wanted, [&] {
     const std::lock_guard lock(order_mutex_);
     check_limits(task, wanted);
@@ -203,7 +206,7 @@ void MotionQueue::change_limits(const JointRanges& wanted) {
 }
 
 void MotionQueue::reset_limits() {
-  (void)access_.living();  // like every other change: a task that is frozen goes on with what it was given
+  (void)access_.living();  // like every other change: a frozen task later resumes the motions that it has
   limits_.change(std::nullopt, [&] {
     const std::lock_guard lock(order_mutex_);
     limits_.take(std::nullopt);
@@ -217,7 +220,7 @@ void MotionQueue::inherit(const std::vector<Ticket>& former) {
   pushed_to_ = former.back().incarnation;
 }
 
-/// Those of a command that has any, before it is published; see kKnotSlots.
+/// Writes the knots of a command that has any, before the command is published; see kKnotSlots.
 void MotionQueue::write_knots(ServantSegment& own, const PlanResult& plan, std::size_t number,
                               Command& command) {
   KnotRange* const range = knots_of(command);
@@ -235,12 +238,12 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
   auto& commands = std::get<std::vector<Command>>(plan);
   if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
   ServantSegment& own = task.own();
-  // Only this fills the ring: room that there is stays.
+  // Only this function fills the ring, so free space stays free.
   if (task.channel->queued() + commands.size() > own.commands.capacity())
     throw queue_full(static_cast<int>(own.commands.capacity()));
   std::atomic<std::uint64_t>& next = own.next_command_id;
   Ticket ticket;
-  // A new segment counts from 1 again; a ticket's number is used once in this servant's life.
+  // A new segment counts from 1 again, but a servant uses each ticket number once.
   ticket.first = std::max(next.load(std::memory_order_relaxed), last_number_ + 1);
   ticket.last = ticket.first + commands.size() - 1;
   ticket.incarnation = task.incarnation;
@@ -258,25 +261,27 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
     if (command.kind == MotionKind::kGripper)
       ticket.end.gripper = command.gripper.from + command.gripper.law.distance;
   }
-  // Both before the task can answer, and before this process can die with the commands published: a number is
-  // used once.
+  // Both precede the task's answer and the loss of this process after the commands are published: no number
+  // is used twice.
   tickets_.add(ticket);
   last_number_ = ticket.last;
   next.store(ticket.last + 1, std::memory_order_release);
-  // A producer for each motion: one that is kept would lose a command after a corrupt index, see ring.h.
+  // Each motion has its own producer: a producer that is kept would lose a command after a corrupt index, see
+  // ring.h.
   if (!RingProducer(own.commands, task.segment().commands_tail).push_all(commands.data(), commands.size())) {
     tickets_.remove(ticket.last);
     throw queue_full(static_cast<int>(own.commands.capacity()));
   }
   last_pushed_ = ticket.last;
   pushed_to_ = task.incarnation;
-  // Died in between: the link may have failed what was pending before this was. No later task carries it out.
+  // The task may have died in between, and the link may have failed all pending motions before this one was
+  // added. No later task carries this motion out.
   if (!access_.is_living(task)) tickets_.fail(ticket.last, access_.cause());
   return ticket.last;
 }
 
 void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
-  const bool knows_all = access_.has_inherited();  // before it is looked for
+  const bool knows_all = access_.has_inherited();  // read before the look-up
   const auto ticket = tickets_.find(id);
   if (!ticket) throw knows_all ? no_such_motion(id) : not_ready(access_.cause());
   if (ticket->state != TicketState::kPending) return;
@@ -295,7 +300,8 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
       access_.check(task);
       range = tickets_.cancel_from(id);
       if (!range) return;
-      // With what an earlier one has taken back and the task has not read: it reads the newest request only.
+      // Includes the ranges of earlier requests that the task has not read: the task reads the newest request
+      // only.
       count = unfinished_cancel_ = request_cancel(task, tickets_.cancelled().value_or(*range));
     }
     Snapshot echo{};
@@ -304,7 +310,7 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
       return now.cancels_done == count;
     };
     access_.await(task, kEcho_s, "a Cancel", is_echoed, wanted);
-    // Nothing of the range begins any more; what had begun slows down, and its verdict comes.
+    // No motion of the range can begin any more. A motion in progress decelerates, and its verdict follows.
     tickets_.end_cancelled(std::max(echo.command_id, echo.last_done_id));
     unfinished_cancel_ = 0;
   }
@@ -318,7 +324,8 @@ void MotionQueue::cancel(corbot_ticket id, const Wanted& wanted) {
 }
 
 void MotionQueue::finish_cancel(const Snapshot& before) {
-  // Where somebody has it, a Cancel is under way, or this is not the only thread here: the next snapshot will do.
+  // If another thread holds the lock, a Cancel is under way or another thread is here: the next snapshot
+  // suffices.
   const std::unique_lock one(cancel_mutex_, std::try_to_lock);
   if (!one.owns_lock() || unfinished_cancel_ == 0 || before.cancels_done != unfinished_cancel_) return;
   unfinished_cancel_ = 0;
@@ -335,7 +342,7 @@ void MotionQueue::repeat_cancel() {
 std::uint64_t MotionQueue::request_cancel(const LivingTask& task, const TicketTable::Range& range) {
   CancelRequest last{};
   Snapshot now{};
-  // A servant that was killed while it stored leaves the cell torn; the task's echo says how far it had got.
+  // A servant that was killed during the store leaves the cell torn. The task's echo then gives the count.
   if (!task.own().control.cancel.load(last)) last.count = 0;
   if (task.segment().snapshot.load(now)) last.count = std::max(last.count, now.cancels_done);
   task.own().control.cancel.store({last.count + 1, range.first, range.last});

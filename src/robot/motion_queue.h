@@ -18,16 +18,16 @@
 
 namespace corbot {
 
-/// Plans motions one after another, hands them to the real-time task and takes them back. Thread-safe.
-/// Nothing here waits for the task with a lock held, or plans with one that a read, a Cancel or other limits need. The calls
-/// in here are bounded in number and time.
+/// Plans motions one after another, hands them to the real-time task and cancels them. No function waits for
+/// the task with a lock held. No function plans with a lock that a read, a Cancel or a change of limits
+/// needs. The number and the duration of the calls in progress are bounded. Thread-safe.
 class MotionQueue {
  public:
-  /// How long a call waits until it is known where the arm will rest: behind a Stop or a Cancel that is being
-  /// carried out.
+  /// Longest wait of a call until the arm's rest position is known, after a Stop or a Cancel.
   static constexpr double kRestKnown_s = 2.0;
 
-  /// `capacity`: motions that are pending, and calls that start one, at once. The others outlive this.
+  /// `capacity`: largest number of pending motions, and of concurrent calls that start one. The other
+  /// arguments outlive this.
   MotionQueue(const Planner& planner, int capacity, TicketTable& tickets, const TaskAccess& task,
               const RobotView& view, SoftLimits& limits)
       : planner_(planner),
@@ -37,53 +37,54 @@ class MotionQueue {
         view_(view),
         limits_(limits) {}
 
-  /// Plans from where the arm will rest when the motion begins, and hands over. A Stop ends it, wherever it
-  /// has got to, when it is counted after the request arrived: `arrival`, the number of stops then, or 0,
-  /// now.
-  /// `admit` is called with that known, and what it returns is kept until the motion is handed over.
-  /// `wanted`: while the motion is not handed over.
+  /// Plans from the position at which the arm will rest when the motion begins, and hands the motion over. A
+  /// Stop that is counted after the request arrived ends the call at any point. `arrival`: number of stops
+  /// when the request arrived; 0: it arrives now. accept() calls `admit` after it has read the number of
+  /// stops, and keeps the result until the hand-over. `wanted`: abort check until the hand-over.
   corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival,
                        const std::function<Control::Use()>& admit, const Wanted& wanted);
-  /// Where what is accepted next would begin. Throws CallError (not ready) where that is not known, without waiting.
+  /// Returns the start of the motion that would be accepted next. Throws CallError (not ready) if the start
+  /// is not known; never waits.
   [[nodiscard]] PlanStart next_start();
-  /// Takes back this motion and what is queued behind it; returns when they have ended. No effect on one that
+  /// Cancels this motion and all queued behind it; returns when they have ended. No effect on a motion that
   /// has ended.
   void cancel(corbot_ticket id, const Wanted& wanted);
-  /// Before the first call: what the servants before this one have handed over.
+  /// Takes over the motions that previous servants handed over. Called before the first call.
   void inherit(const std::vector<Ticket>& former);
-  /// Ends what a Cancel has taken back that was not waited for until the task had echoed it: from a snapshot, as
+  /// Ends cancelled motions whose Cancel returned before the task had echoed it. `before` as in
   /// TicketTable::reconcile.
   void finish_cancel(const Snapshot& before);
-  /// The servant before this one may have been killed before the task knew what it was to take back.
+  /// Repeats the previous servant's Cancel, as that servant may have been killed before the task read the
+  /// request.
   void repeat_cancel();
-  /// Throws CallError (not ready) while a motion is pending, of this servant or one before it.
+  /// Throws CallError (not ready) while a motion of this servant or a previous one is pending.
   void check_empty(const LivingTask& task, const Wanted& wanted);
-  /// Soft limits for every motion that is handed over from here on, none of which was planned before. Throws CallError:
-  /// limit exceeded where the arm stands outside them, not ready while motions are pending.
+  /// Sets soft limits for every motion handed over from now on; each of them is planned with these limits.
+  /// Throws CallError: limit exceeded if the arm is outside the limits, not ready while motions are pending.
   void change_limits(const JointRanges& wanted);
-  /// Those of the profile: what is pending keeps to narrower ones.
+  /// Restores the profile's limits. Pending motions may continue, as they keep to narrower limits.
   void reset_limits();
-  /// Calls in accept() that have read the number of stops.
+  /// Returns the number of calls in accept() that have read the number of stops.
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 
  private:
   [[nodiscard]] static bool is_in_error(const LivingTask& task);
-  /// Where the arm will rest when what is accepted next begins; nothing while that is not known yet. Throws
-  /// when it is not ready.
+  /// Returns the position at which the arm will rest when the next accepted motion begins, or nothing while
+  /// the position is not known. Throws if the robot is not ready.
   [[nodiscard]] std::optional<PlanStart> plan_start(const LivingTask& task, std::uint64_t epoch);
-  /// Numbers of the last Stop and of the last Clear when a call began.
+  /// Numbers of the last Stop and the last Clear when a call began.
   struct Begin {
     std::uint64_t epoch;
     std::uint64_t clears;
   };
-  /// Once it is this call's turn: plans and hands over.
+  /// Plans and hands over when it is this call's turn.
   std::optional<corbot_ticket> plan_next(const MotionRequest& request, const PlanSettings& settings,
                                          const LivingTask& task, const Begin& begin);
-  /// With the lock of the order.
+  /// The caller holds order_mutex_.
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
                           const PlanStart& start);
   void write_knots(ServantSegment& own, const PlanResult& plan, std::size_t number, Command& command);
-  /// With the lock of the order: throws as change_limits().
+  /// The caller holds order_mutex_. Throws like change_limits().
   void check_limits(const LivingTask& task, const JointRanges& wanted) const;
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
 
@@ -92,18 +93,19 @@ class MotionQueue {
   TicketTable& tickets_;
   const TaskAccess& access_;
   const RobotView& view_;
-  SoftLimits& limits_;  // changed with the lock of the order
+  SoftLimits& limits_;  // changed with order_mutex_ held
   std::atomic<int> starting_{0};
 
-  std::mutex cancel_mutex_;             // one request until the task has echoed it; taken before the last
-  std::uint64_t unfinished_cancel_{0};  // its number, of that mutex; 0: none
-  std::mutex turn_mutex_;               // one plan at a time; taken before the other
-  std::mutex order_mutex_;              // of the members below
-  std::uint64_t last_pushed_{0};        // to the task below, by this servant or one before it
-  std::uint64_t pushed_to_{0};          // incarnation
-  std::uint64_t inherited_through_{0};  // numbers of the servants before this one
-  std::uint64_t knot_slots_{0};         // of the segment, used in turn
-  std::uint64_t last_number_{0};        // given away, whatever the segment: tickets are known by it
+  std::mutex cancel_mutex_;  // one request until the task has echoed it; locked before order_mutex_
+  std::uint64_t unfinished_cancel_{0};  // number of that request, guarded by cancel_mutex_; 0: none
+  std::mutex turn_mutex_;               // one plan at a time; locked before order_mutex_
+  std::mutex order_mutex_;              // guards the members below
+  std::uint64_t last_pushed_{
+      0};  // last command pushed to the task pushed_to_, by this servant or a previous one
+  std::uint64_t pushed_to_{0};          // incarnation of that task
+  std::uint64_t inherited_through_{0};  // last number of the previous servants
+  std::uint64_t knot_slots_{0};         // slots of the segment used so far; they are used in turn
+  std::uint64_t last_number_{0};        // last number issued in any segment: tickets are known by it
 };
 
 }  // namespace corbot

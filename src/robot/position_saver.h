@@ -14,15 +14,16 @@
 
 namespace corbot {
 
-/// When the arm's position is to be written: at once when it has come to rest somewhere else or a hold or an Error has
-/// begun or ended, and about every second while it moves. Pure.
+/// Decides when to save the arm's position. A save is due at once when the arm has come to rest at another
+/// place. A save is also due when a hold or an Error has begun or ended, and about every second during
+/// motion. Pure.
 class SavePolicy {
  public:
   using Instant = std::chrono::steady_clock::time_point;
 
   [[nodiscard]] bool is_due(const Snapshot& now, Instant at) const;
   void saved(const Snapshot& now, Instant at);
-  /// It did not work: not again for a while.
+  /// Records a failed save: the next attempt follows after a pause.
   void failed(Instant at);
 
  private:
@@ -31,17 +32,17 @@ class SavePolicy {
   Instant not_before_{};
 };
 
-/// Saves the last set-point on disk, in a thread of its own that polls ten times a second; no call waits for
-/// it. A fault of the disk is reported once, until it has passed.
+/// Saves the last set-point on disk in a thread of its own, which polls ten times a second. No call waits for
+/// it. Reports a fault of the disk once, until the fault has passed.
 class PositionSaver {
  public:
   using Warn = std::function<void(const std::string&)>;
 
-  /// `link` outlives this. `warn` is called from the thread.
+  /// `link` outlives this. The thread calls `warn`.
   PositionSaver(const Link& link, const ArmModel& arm, PositionStore store, Warn warn);
   PositionSaver(const PositionSaver&) = delete;
   PositionSaver& operator=(const PositionSaver&) = delete;
-  /// After a last poll.
+  /// Polls a last time.
   ~PositionSaver();
 
  private:

@@ -11,12 +11,12 @@
 #include "robot/caller.h"
 #include "robot/robot_handle.h"
 
-// How the functions of corbot_robot.h that have a caller are carried out: control, and the audit log. For their sources
-// only. Nothing thrown leaves these.
+// Carry out the functions of corbot_robot.h that have a caller, with control and the audit log. For the
+// sources of that header only. No exception leaves these functions.
 
 namespace corbot {
 
-/// As the interface names its exceptions.
+/// Returns the outcome with the interface's name of the exception.
 inline std::string outcome_of(const corbot_error& error) {
   switch (error.status) {
     case CORBOT_OK:
@@ -40,9 +40,9 @@ inline std::string outcome_of(const corbot_error& error) {
   return error.text;
 }
 
-/// Runs `body`, which may take the caller's key and return a ticket, and then records the call, `text` with the arguments,
-/// and how it ended. Where memory is short the call is worth more than its entry: nothing that only the entry needs can
-/// fail the call.
+/// Runs `body`, which may take the caller's key and return a ticket. Then records the call, i.e. `text` with
+/// the arguments, and its outcome. Without memory the call matters more than its entry: a failure in work for
+/// the entry alone does not fail the call.
 template <class Body, class... Arguments>
 corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Body&& body,
                        fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {
@@ -55,7 +55,7 @@ corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_
       return body(key_of(caller));
     }
   };
-  std::string who;  // before the call, which may end control
+  std::string who;  // read before the call, which may end control
   std::uint64_t ticket = 0;
   guarded(nullptr, [&] { who = robot->robot.control().name_of(key_of(caller)); });
   const corbot_status status = guarded(&out, [&] {
@@ -66,7 +66,7 @@ corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_
     }
   });
   guarded(nullptr, [&] {
-    // Stops and Clear need no key; whoever has control does not flood.
+    // Stops and Clear need no key, and a client with control does not flood the log.
     const bool is_refusal = status != CORBOT_OK && who.empty() && !std::is_invocable_v<Body&>;
     robot->robot.record(
         {who, from_of(caller), fmt::format(text, arguments...), ticket, outcome_of(out), is_refusal});
@@ -76,7 +76,8 @@ corbot_status recorded(corbot_robot* robot, const corbot_caller* caller, corbot_
 
 [[nodiscard]] corbot_plan shown(const MotionPlan& plan, const Kinematics& arm);
 
-/// Starts a motion, or plans it where the caller wants no more. `make` checks what only the C interface can, and returns the request.
+/// Starts a motion, or only plans it if the caller requests a plan. `make` makes the checks of the C
+/// interface and returns the request.
 template <class Make, class... Arguments>
 corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_ticket* ticket,
                     corbot_error* error, Make&& make, fmt::format_string<const Arguments&...> text,
@@ -95,7 +96,7 @@ corbot_status start(corbot_robot* robot, const corbot_caller* caller, corbot_tic
       text, arguments...);
 }
 
-/// Changes how the arm moves: only for whoever has control. `how` is told for how long it is wanted.
+/// Changes how the arm moves; needs control. `how` gets the abort check.
 template <class Change, class... Arguments>
 corbot_status change(corbot_robot* robot, const corbot_caller* caller, corbot_error* error, Change&& how,
                      fmt::format_string<const Arguments&...> text, const Arguments&... arguments) noexcept {

@@ -8,17 +8,18 @@
 
 namespace corbot {
 
-/// How many refused calls the audit log takes: a burst, then one a second, so that whoever is refused over and over
-/// cannot rotate away what has moved the arm. Pure.
+/// Limits the refused calls in the audit log to a burst, then one a second. Repeated refusals thus cannot
+/// rotate out the entries of calls that moved the arm. Pure.
 class RefusalBudget {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr int kBurst = 200;
   static constexpr std::chrono::seconds kEach{1};
 
-  /// A call was refused. How many were left out since the last that was taken; nothing: this one is left out, too.
+  /// Counts a refused call. Returns how many were omitted since the last recorded one, or nothing if this
+  /// call is omitted, too.
   std::optional<std::uint64_t> take(Clock::time_point now) {
-    // `full_at_`: when the whole burst is there again.
+    // At `full_at_` the whole burst is available again.
     full_at_ = std::max(full_at_, now);
     if (full_at_ - now > kEach * (kBurst - 1)) {
       ++left_out_;

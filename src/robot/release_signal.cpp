@@ -18,7 +18,8 @@ sigset_t release_signals() noexcept {
   return signals;
 }
 
-/// What another way of sending says of its sender is the sender's own word, or nothing where memory was short.
+/// Describes the sender. The kernel has verified the sender only with SI_USER. With other codes the sender
+/// itself fills in the fields, or they are empty for lack of memory.
 std::string sender_of(const siginfo_t& info) {
   if (info.si_code != SI_USER || info.si_pid == 0) return "local";
   return fmt::format("local uid {}, process {}", info.si_uid, info.si_pid);

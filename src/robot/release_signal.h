@@ -8,14 +8,16 @@
 
 namespace corbot {
 
-/// SIGUSR1 to this process, by which its own user and root, and nobody else, end whoever's exclusive control: the kernel
-/// checks who sends it. Not real-time safe.
+/// Receives SIGUSR1, with which this process's user and root end any holder's exclusive control. The kernel
+/// checks the sender. Not real-time safe.
 class ReleaseSignal {
  public:
-  /// `from`: the sender, for a person, where the kernel has said it. Called from a thread of this class; throws nothing.
+  /// `from` describes the sender for a person, as far as the kernel has identified it. A thread of this class
+  /// calls it; it throws nothing.
   using OnSignal = std::function<void(const std::string& from)>;
 
-  /// In every thread that this one starts from now on, as it has to be in all of the process.
+  /// Blocks the signal in every thread that this one starts from now on. All threads of the process must have
+  /// it blocked.
   static void block() noexcept;
   explicit ReleaseSignal(OnSignal on_signal);
   ReleaseSignal(const ReleaseSignal&) = delete;

@@ -99,9 +99,9 @@ void Robot::on_completion(const Completion& completion) {
 }
 
 void Robot::on_alarm(const AlarmEvent& alarm) {
-  // A task that is held begins so again, and the last alarm is read once more by another servant.
+  // A held task raises this alarm again at its start, and another servant reads the last alarm once more.
   if (alarm.code == AlarmCode::kHeld) return add_held_alarm(alarm);
-  // Of several Clears that were refused the last one says where the joint is.
+  // After several refused Clears, the last one says where the joint is.
   if (alarm.code == AlarmCode::kJointBeyondRange) alarms_.deactivate(static_cast<std::int32_t>(alarm.code));
   if (alarm.code != AlarmCode::kCleared) return alarms_.add(alarm);
   alarms_.deactivate();
@@ -115,7 +115,7 @@ void Robot::on_lost(const std::string& reason) {
 }
 
 void Robot::on_drained(const Snapshot& before) {
-  // Also where nobody has waited for the end of that Clear.
+  // Covers also a Clear whose caller no longer waited for its end.
   if ((before.flags & kSnapshotHeld) == 0) set_holds_cleared(before.holds_done);
   clears_drained_ = before.clears_done;
   tickets_.reconcile(before);
@@ -136,8 +136,9 @@ void Robot::on_inherit(const Inheritance& inheritance) {
   const ServantSegment& own = link_.own();
   InheritedState inherited = read_inherited(*inheritance.former, profile_.arm, own.next_command_id.load());
   if (inherited.settings) settings_.inherit(*inherited.settings);
-  // What the former one has raised itself, this one finds out anew. And where the task is in no Error, nothing is
-  // the cause of one; what it has raised since comes after this.
+  // Alarms that the previous servant raised itself are not inherited as active: this servant detects them
+  // again. If the task is not in Error, no alarm causes one. Alarms that the task has raised since follow
+  // later.
   const bool is_in_error = inheritance.last == nullptr || inheritance.last->state == RtState::kError;
   for (AlarmEntry& alarm : inherited.alarms)
     alarm.active =
@@ -170,7 +171,7 @@ void Robot::on_frozen(bool frozen) {
 
 corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival, const std::string& key,
                             const Wanted& wanted) {
-  // Before all else: a bad argument is refused at once, however long the present plan takes.
+  // Precedes all else: a bad argument is refused at once, however long the present plan takes.
   PlanSettings now = settings_.get();
   now.soft_limits = limits_.wanted();
   if (const auto refusal = planner_.check(now, request))
@@ -186,7 +187,7 @@ MotionPlan Robot::plan(const MotionRequest& request) {
     throw refused(request, *refusal, profile_.arm.kinematics);
   const PlanStart start = queue_.next_start();
   limits_.check_known(request);
-  now = settings_.get();  // those of the start: they may have changed while others planned
+  now = settings_.get();  // the settings at the start: they may have changed while other calls planned
   now.soft_limits = limits_.wanted();
   const PlanResult result = planner_.plan(start, now, request);
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
@@ -197,9 +198,9 @@ MotionPlan Robot::plan(const MotionRequest& request) {
 
 StopCounts Robot::stops() const {
   const std::uint64_t all = link_.stops();
-  if (all == 0) return {};  // no task has been seen
-  // After the other, as it is raised before: at worst one of this servant's is left out of those by others, and what
-  // arrived meanwhile is taken for older than it is.
+  if (all == 0) return {};  // no task has connected yet
+  // Read after `all`, since count_now() raises own_stops_ first. At worst by_others omits one stop of this
+  // servant, and a stop that arrived meanwhile counts as older than it is.
   return {all, all - own_stops_.load(std::memory_order_acquire)};
 }
 
@@ -211,9 +212,9 @@ corbot_motion_info Robot::wait(corbot_ticket id, double timeout_s) const {
     until = std::chrono::steady_clock::now() +
             std::chrono::duration_cast<std::chrono::steady_clock::duration>(bounded);
   }
-  const bool knows_all = link_.has_been_attached();  // before it is looked for
+  const bool knows_all = link_.has_been_attached();  // read before the look-up
   const auto ticket = tickets_.wait(id, until);
-  // Else it may be of the servant before this one, of which a task is needed to know.
+  // Otherwise the ticket may be the previous servant's, and only a task knows those.
   if (!ticket) throw knows_all ? no_such_motion(id) : no_data(link_.cause());
   return view_.describe(*ticket);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tool frame and base frame at run time, and what they make of a pose.
+// Sets the tool frame and the base frame at run time, and applies them to poses.
 #include "planner/setting_rules.h"
 #include "robot/robot.h"
 

@@ -13,7 +13,7 @@
 #include "robot/release_signal.h"
 #include "robot/robot.h"
 
-// What the functions of corbot_robot.h work on, for their sources only.
+// The object behind the functions of corbot_robot.h, for their sources only.
 
 struct corbot_robot {
   corbot_robot(corbot::Profile profile, std::string robot_name)
@@ -29,7 +29,7 @@ struct corbot_robot {
 
 namespace corbot {
 
-/// Runs `body` and turns what it throws into a status.
+/// Runs `body` and turns a thrown exception into a status.
 template <class Body>
 corbot_status guarded(corbot_error* error, Body&& body) noexcept {
   corbot_error ignored{};

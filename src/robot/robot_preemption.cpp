@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of Robot: what works by flags in the segment, beside the queue of motions.
+// The functions of Robot that work by flags in the segment instead of the queue of motions.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,10 +10,12 @@
 namespace corbot {
 namespace {
 
-constexpr double kSettle_s = 10.0;  // for what the task does at once, or as fast as the arm's limits allow
+constexpr double kSettle_s =
+    10.0;  // for actions that the task completes at once, or as fast as the arm's limits allow
 constexpr std::chrono::seconds kReportsRead{1};
 
-/// Waits for a stop or a hold that has been counted; who does not hear that it is carried out hears that.
+/// Waits for a stop or a hold that has been counted. If completion is not confirmed, the error says that the
+/// stop is counted.
 template <class Await>
 void confirm(const char* what, Await&& await) {
   try {
@@ -41,7 +43,7 @@ corbot_counted_stop Robot::count_stop(bool hold) noexcept {
 }
 
 corbot_counted_stop Robot::count_now(std::uint64_t hold) noexcept {
-  // Every number up to here was planned before this Stop.
+  // All numbers up to this one were planned before this Stop.
   const std::uint64_t last = link_.own().next_command_id.load(std::memory_order_acquire) - 1;
   own_stops_.fetch_add(1, std::memory_order_acq_rel);
   return {1, link_.request_stop(), last, hold};
@@ -50,12 +52,12 @@ corbot_counted_stop Robot::count_now(std::uint64_t hold) noexcept {
 void Robot::await_stop(const LivingTask& task, const corbot_counted_stop& stop, const Wanted& wanted) {
   const auto is_done = [&](const Snapshot& now) { return !is_earlier_stop(now.stops_done, stop.number); };
   task_.await(task, kSettle_s, "a Stop", is_done, wanted);
-  // The verdicts are out, but the link's thread may not have read them yet: a client that reads the state or
-  // a ticket after Stop has returned must find what Stop did.
+  // The verdicts are out, but the link's thread may not have read them yet. A client that reads the state or
+  // a ticket after Stop must find the result of the Stop.
   tickets_.wait_ended(0, stop.last, kReportsRead);
 }
 
-/// The task that was there when it was counted may be gone. What that had done counts.
+/// Waits for a counted stop. The task at the time of the count may be gone; its last snapshot counts.
 void Robot::await_counted(const corbot_counted_stop& stop, const Wanted& wanted) {
   Snapshot last{};
   if (!link_.alive() && link_.snapshot(last) && !is_earlier_stop(last.stops_done, stop.number)) return;
@@ -63,7 +65,8 @@ void Robot::await_counted(const corbot_counted_stop& stop, const Wanted& wanted)
 }
 
 void Robot::stop(const corbot_counted_stop& counted, const Wanted& wanted) {
-  // A frozen task finds the request when it goes on; the caller hears below that it is not carried out yet.
+  // A frozen task finds the request when it resumes. The error below says that the stop is not carried out
+  // yet.
   if (counted.counted != 0) return confirm("stop", [&] { await_counted(counted, wanted); });
   const LivingTask task = task_.connected();
   const corbot_counted_stop stop = count_now(0);
@@ -73,11 +76,11 @@ void Robot::stop(const corbot_counted_stop& counted, const Wanted& wanted) {
 void Robot::request_stop(const corbot_counted_stop& counted) {
   corbot_counted_stop stop = counted;
   if (counted.counted == 0) {
-    (void)task_.connected();  // refused without one
+    (void)task_.connected();  // refuses without a task
     stop = count_now(0);
   }
   const std::lock_guard lock(requested_mutex_);
-  // One that was counted before another may come here after it.
+  // A stop that was counted earlier may arrive here later.
   if (requested_.counted == 0 || is_earlier_stop(requested_.number, stop.number)) requested_ = stop;
 }
 
@@ -108,7 +111,8 @@ void Robot::await_all_requested(bool hold) {
   if (hold) await_hold(newest_hold);
 }
 
-/// Before the stop: what is planned after that stop is not begun before the task has seen this, see HoldLatch.
+/// Counts the hold before the stop. The task therefore sees the hold before it begins any motion that was
+/// planned after the stop, see HoldLatch.
 std::uint64_t Robot::count_hold() noexcept {
   return link_.own().control.hold_count.fetch_add(1, std::memory_order_acq_rel) + 1;
 }
@@ -132,7 +136,8 @@ void Robot::stop_and_hold(std::string by, const corbot_counted_stop& counted) {
   });
 }
 
-/// A Clear has taken back what the task had carried out by then; another may have got further.
+/// Records that a Clear ended all holds that the task had carried out by then. Another Clear may have
+/// recorded a higher count.
 void Robot::set_holds_cleared(std::uint64_t count) {
   std::atomic<std::uint64_t>& holds = link_.own().control.holds_cleared;
   std::uint64_t cleared = holds.load(std::memory_order_relaxed);
@@ -140,7 +145,7 @@ void Robot::set_holds_cleared(std::uint64_t count) {
   }
 }
 
-/// Where `was_counted`, the hold was counted before, and its alarm may be there without the name.
+/// `was_counted`: the hold was counted before, and its alarm may already exist without the name.
 void Robot::set_held_by(std::string by, bool was_counted) {
   const std::lock_guard lock(held_by_mutex_);
   held_by_ = std::move(by);
@@ -162,9 +167,9 @@ void Robot::add_held_alarm(const AlarmEvent& alarm) {
   alarms_.add_once(alarm, text);
 }
 
-/// A task that is gone moves nothing; a frozen one finds the stop when it goes on.
+/// Stops the arm when control ends. A lost task moves nothing; a frozen one finds the stop when it resumes.
 std::string Robot::end_control(const Control::Ending& ending) noexcept {
-  std::string failure = "no memory";  // short enough to need none
+  std::string failure = "no memory";  // short enough to need no allocation
   try {
     try {
       stop({}, ending.wanted);
@@ -180,7 +185,7 @@ std::string Robot::end_control(const Control::Ending& ending) noexcept {
            failure.empty() ? "the arm was stopped" : "it is not known that the arm has stopped: " + failure});
     }
   } catch (const std::exception&) {
-    // The entry is worth less than the stop.
+    // The entry matters less than the stop.
   }
   return failure;
 }
@@ -206,7 +211,7 @@ void Robot::clear(const Wanted& wanted) {
     };
     task_.await(task, kSettle_s, "a StopAndHold", is_over, wanted);
   }
-  // The task refuses to clear an arm that a fault is slowing down.
+  // The task refuses a Clear while the arm decelerates because of a fault.
   const auto is_at_rest = [](const Snapshot& now) { return (now.flags & kSnapshotFaultStop) == 0; };
   task_.await(task, kSettle_s, "the end of a fault's ramp", is_at_rest, wanted);
   if (view_.snapshot().state != RtState::kError) return;
@@ -218,15 +223,15 @@ void Robot::clear(const Wanted& wanted) {
   };
   task_.await(task, kSettle_s, "a Clear", is_done, wanted);
   if (now.state == RtState::kError) {
-    await_reports(clears_drained_, count, task, wanted);  // among them may be why
+    await_reports(clears_drained_, count, task, wanted);  // they may include the cause
     throw not_ready(view_.error_cause());
   }
   set_holds_cleared(now.holds_done);
-  // What the client reads next has no alarm that this Clear has taken back, and every one that came since.
+  // The client's next read shows no alarm that this Clear has ended, and every alarm raised since.
   await_reports(clears_reported_, count, task, wanted);
 }
 
-/// Until `clears` has reached `count`, as far as the task's reports are read in time.
+/// Waits until `clears` has reached `count`, or until the bound for reading the task's reports has passed.
 void Robot::await_reports(const std::atomic<std::uint64_t>& clears, std::uint64_t count,
                           const LivingTask& task, const Wanted& wanted) {
   for (Patience patience(kReportsRead);;) {

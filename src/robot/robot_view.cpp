@@ -19,7 +19,8 @@ std::int64_t monotonic_ns() { return std::chrono::steady_clock::now().time_since
 
 bool is_measured(const Snapshot& snapshot) { return (snapshot.flags & kSnapshotMeasured) != 0; }
 
-/// A device that answers again has done away with it. A drive without torque answers, and still has none.
+/// Returns true if the cause is over once the device answers again. A drive without torque answers, but still
+/// has no torque.
 bool is_over_once_it_answers(DeviceCause cause) {
   switch (cause) {
     case DeviceCause::kDeviceFault:
@@ -33,8 +34,8 @@ bool is_over_once_it_answers(DeviceCause cause) {
   }
 }
 
-/// Why the device does not take set-points as it should; of one that stands by, for which DeviceHealth has no word, what
-/// it waits for, and the cause that is over.
+/// Describes why the device does not take set-points as it should. Standby has no value in DeviceHealth: the
+/// text says what a device on standby waits for, and gives the cause that is over.
 std::string cause_text(const Snapshot& snapshot) {
   const DeviceCause code = to_device_cause(snapshot.device_cause);
   std::string cause = device_cause_text(code);
@@ -49,13 +50,13 @@ double ratio_of(double elapsed_s, double duration_s) {
   return duration_s > 0.0 ? std::clamp(elapsed_s / duration_s, 0.0, 1.0) : 0.0;
 }
 
-/// Of a motion that has begun.
+/// Returns the progress of a motion that has begun.
 double progress_of(const Snapshot& now, const Ticket& ticket) {
   const bool second = now.last_done_id >= ticket.first && ticket.first != ticket.last;
   return ratio_of((second ? ticket.second_from_s : 0.0) + now.virtual_time_s, ticket.duration_s);
 }
 
-/// The quaternion's w is not negative.
+/// Returns the pose with w of the quaternion not negative.
 corbot_tool_pose pose_of(const Pose& tool) {
   Quaternion turned = normalised(tool.orientation);
   if (turned.w < 0.0) turned = {-turned.w, -turned.x, -turned.y, -turned.z};
@@ -65,7 +66,7 @@ corbot_tool_pose pose_of(const Pose& tool) {
 
 corbot_gripper_info gripper_of(const Snapshot& now) {
   corbot_gripper_info info{};
-  // Nothing is added to all but a negative zero.
+  // Adding 0.0 changes only a negative zero.
   info.commanded_percent = info.opening_percent = 100.0 * now.gripper + 0.0;
   info.measured = is_measured(now) && now.measured_opening >= 0.0 ? 1 : 0;
   if (info.measured != 0) info.opening_percent = 100.0 * now.measured_opening + 0.0;
@@ -134,7 +135,7 @@ corbot_device_info RobotView::device_of(const Snapshot& now, std::int64_t from_n
   info.frames = now.device_frames;
   info.age_s = seconds(now.device_age_ns);
   info.age_max_s = seconds(now.device_age_max_ns);
-  if (!link_.alive()) return info;  // closed: what the last task saw of it is over
+  if (!link_.alive()) return info;  // closed: the last task's view of the device is out of date
   if (now.device_health <= static_cast<std::uint32_t>(BackendHealth::kLost))
     info.health = static_cast<corbot_device_health>(now.device_health);
   info.cause = now.device_cause;
@@ -155,7 +156,8 @@ std::vector<AlarmEntry> RobotView::alarms() const {
   std::vector<AlarmEntry> list = alarms_.list();
   if (!watch_.is_frozen()) return list;
   for (AlarmEntry& entry : list) {
-    if (entry.active && entry.code == kAlarmTaskFrozen) entry.text = watch_.cause();  // how long by now
+    if (entry.active && entry.code == kAlarmTaskFrozen)
+      entry.text = watch_.cause();  // gives the duration so far
   }
   return list;
 }
@@ -174,7 +176,7 @@ bool RobotView::is_held(const Snapshot* now) const {
   const ControlFlags& flags = link_.own().control;
   const std::uint64_t count = flags.hold_count.load(std::memory_order_acquire);
   if (now != nullptr && (now->flags & kSnapshotHeld) != 0) return true;
-  // A task that is connected knows better than the counts, once it has seen the last request.
+  // A connected task knows better than the counts, once it has seen the last request.
   if (link_.alive() && now != nullptr) return now->holds_done < count;
   return count != flags.holds_cleared.load(std::memory_order_acquire);
 }
@@ -210,7 +212,8 @@ corbot_motion_info RobotView::motion_of(const Snapshot& now, const std::optional
   corbot_motion_info info{};
   if (now.command_id == 0 && !ticket) return info;
   info.state = CORBOT_MOTION_RUNNING;
-  info.id = ticket ? ticket->last : now.command_id;  // of a servant whose records could not be read
+  info.id = ticket ? ticket->last
+                   : now.command_id;  // without a ticket: a motion of a servant with unreadable records
   info.duration_s = ticket ? ticket->duration_s : now.command_duration_s;
   info.progress = ticket ? progress_of(now, *ticket) : ratio_of(now.virtual_time_s, now.command_duration_s);
   return info;

@@ -16,11 +16,11 @@
 
 namespace corbot {
 
-/// What can be read of a robot: from the newest snapshot, the tickets and the alarms, never behind a plan or
+/// The reads of a robot, from the newest snapshot, the tickets and the alarms. They never wait for a plan or
 /// a motion. Thread-safe. Units as in corbot_robot.h.
 class RobotView {
  public:
-  /// All of them must outlive this.
+  /// All arguments must outlive this.
   RobotView(const Profile& profile, const Link& link, const TaskWatch& watch, const TicketTable& tickets,
             const AlarmLog& alarms, const Settings& settings)
       : profile_(profile),
@@ -32,24 +32,25 @@ class RobotView {
 
   [[nodiscard]] Snapshot snapshot() const;  ///< throws CallError (no data) when there has never been one
   [[nodiscard]] Joints joints_shown() const;
-  /// In the frames in force, as arm_state().
+  /// Returns the pose in the frames in force, like arm_state().
   [[nodiscard]] corbot_pose pose() const;
   [[nodiscard]] corbot_gripper gripper() const;
   [[nodiscard]] corbot_state state() const;
-  /// Of the newest snapshot, now; throws as snapshot().
+  /// Returns the present age of the newest snapshot; throws like snapshot().
   [[nodiscard]] double cycle_age_s() const;
   [[nodiscard]] LoopDiagnostics diagnostics() const;
   [[nodiscard]] corbot_device_info device() const;
-  /// All of one snapshot, but for exclusive control, which is not known here; throws as snapshot().
+  /// Returns the state in one snapshot, without exclusive control, which is not known here. Throws like
+  /// snapshot().
   [[nodiscard]] corbot_arm_state arm_state() const;
   [[nodiscard]] double override_percent() const;
-  /// A Pause is in force; only Resume ends it.
+  /// Returns true while a Pause is in force; only Resume ends it.
   [[nodiscard]] bool paused() const;
-  /// A StopAndHold is in force, or asked for; only Clear ends it.
+  /// Returns true while a StopAndHold is in force or requested; only Clear ends it.
   [[nodiscard]] bool held() const;
   [[nodiscard]] std::vector<AlarmEntry> alarms() const;
   [[nodiscard]] corbot_motion_info describe(const Ticket& ticket) const;
-  /// Why the robot is in Error, and what to do about it.
+  /// Returns why the robot is in Error, and what to do about it.
   [[nodiscard]] std::string error_cause() const;
 
  private:
@@ -64,7 +65,7 @@ class RobotView {
   const TaskWatch& watch_;
   const TicketTable& tickets_;
   const AlarmLog& alarms_;
-  const Settings& settings_;  // its frames are those of every pose
+  const Settings& settings_;  // its frames apply to every pose
 };
 
 }  // namespace corbot

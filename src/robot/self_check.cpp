@@ -9,7 +9,7 @@ namespace corbot {
 
 void SelfCheck::start(std::function<bool()> answers) {
   answers_ = std::move(answers);
-  answers_count_.fetch_add(1, std::memory_order_release);  // until the first
+  answers_count_.fetch_add(1, std::memory_order_release);  // bridges the time to the first answer
   started_.store(true, std::memory_order_release);
   thread_ = std::thread([this] { run(); });
 }

@@ -13,12 +13,12 @@
 
 namespace corbot {
 
-/// Asks again and again, in a thread of its own, whether calls get through to this process from outside.
+/// Checks repeatedly, in a thread of its own, whether calls from outside get through to this process.
 class SelfCheck {
  public:
   static constexpr std::chrono::milliseconds kInterval{200};
-  /// An answer holds for so long: as many as five checks may be slow. Counted in looks, so that the time in
-  /// which this process did not run does not count.
+  /// Validity of an answer: as many as five checks may be slow. The time counts in looks, so a time in which
+  /// this process did not run does not count.
   static constexpr std::chrono::milliseconds kHolds{1000};
   static constexpr std::chrono::milliseconds kLongestLook{40};
 
@@ -27,10 +27,10 @@ class SelfCheck {
   SelfCheck& operator=(const SelfCheck&) = delete;
   ~SelfCheck() { close(); }
 
-  /// `answers` may take its time, but must come back.
+  /// `answers` may take long, but must return.
   void start(std::function<bool()> answers);
   void close();
-  /// A look, to be taken every few milliseconds: not started, or passed lately.
+  /// Returns true if the check is not started, or has passed recently. To be called every few milliseconds.
   [[nodiscard]] bool passes();
   [[nodiscard]] bool is_started() const noexcept { return started_.load(std::memory_order_acquire); }
 
@@ -40,10 +40,10 @@ class SelfCheck {
   std::function<bool()> answers_;
   std::atomic<bool> started_{false};
   std::atomic<std::uint64_t> answers_count_{0};
-  std::mutex look_mutex_;  // of the two below
-  std::uint64_t seen_{0};  // answers
+  std::mutex look_mutex_;  // guards the two members below
+  std::uint64_t seen_{0};  // number of answers at the last look
   RunningTime since_answer_{kLongestLook, RunningTime::Clock::now()};
-  std::mutex mutex_;  // of end_
+  std::mutex mutex_;  // guards end_
   std::condition_variable end_requested_;
   bool end_{false};
   std::thread thread_;

@@ -63,7 +63,7 @@ void SoftLimits::change(const std::optional<JointRanges>& wanted, const std::fun
   try {
     apply();
   } catch (const CallError&) {
-    // Where they were not known they stay so, and a restart finds the ones that were wanted.
+    // Unknown ranges stay unknown; a restart then finds the ranges that were requested.
     if (was_known) save(before);
     throw;
   }

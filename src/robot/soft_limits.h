@@ -12,34 +12,36 @@
 
 namespace corbot {
 
-/// The ranges that planned motions keep, and their copy on disk, which outlives servant, task and power-down. Where that
-/// copy cannot be read nobody knows what they were, and no joint moves until they are set or reset. Thread-safe.
+/// The ranges that planned motions keep, and their copy on disk, which outlives servant, task and power-down.
+/// If the copy cannot be read, the ranges are unknown, and no joint moves until they are set or reset.
+/// Thread-safe.
 class SoftLimits {
  public:
   explicit SoftLimits(const ArmModel& arm) : arm_(arm) {}
 
-  /// Before calls are served. Returns what is wrong with the copy; "": nothing.
+  /// Reads the copy, before calls are served. Returns what is wrong with the copy, or "".
   [[nodiscard]] std::string keep_in(SoftLimitsStore store);
-  /// The ranges in force, the profile's where none are set; nothing: not known.
+  /// Returns the ranges in force, the profile's if none are set, or nothing if they are not known.
   [[nodiscard]] std::optional<JointRanges> ranges() const;
-  /// Those of PlanSettings: nothing where none are set, or they are not known.
+  /// Returns the value for PlanSettings: nothing if no ranges are set, or they are not known.
   [[nodiscard]] std::optional<JointRanges> wanted() const;
-  /// Throws CallError (not ready) where they are not known and the request moves joints.
+  /// Throws CallError (not ready) if the ranges are not known and the request moves joints.
   void check_known(const MotionRequest& request) const;
 
-  /// Saves them, and then lets `apply` run, which calls take() or throws; what was saved is put back then. Nothing: those of
-  /// the profile. Throws CallError (not ready) where they cannot be saved.
+  /// Saves the ranges and then runs `apply`, which calls take() or throws. If `apply` throws, restores the
+  /// saved ranges. `wanted` empty: the profile's ranges. Throws CallError (not ready) if the ranges cannot be
+  /// saved.
   void change(const std::optional<JointRanges>& wanted, const std::function<void()>& apply);
-  /// In force from now on.
+  /// Puts the ranges in force.
   void take(const std::optional<JointRanges>& wanted);
 
  private:
   const ArmModel& arm_;
-  std::mutex change_mutex_;   // one change at a time; taken before the other
-  mutable std::mutex mutex_;  // of the members below
+  std::mutex change_mutex_;   // one change at a time; locked before mutex_
+  mutable std::mutex mutex_;  // guards the members below
   std::optional<SoftLimitsStore> store_;
   std::optional<JointRanges> limits_;
-  std::string unknown_;  ///< why they are not known; "": they are
+  std::string unknown_;  ///< why the ranges are not known; "": they are known
 };
 
 }  // namespace corbot

@@ -59,8 +59,8 @@ void TaskAccess::await_seen(const LivingTask& task, double seconds, const std::s
                             const Wanted& wanted) const {
   Snapshot before{};
   if (!task.segment().snapshot.load(before)) return;
-  // The cycle after `before` may have read the flags already when they were written;
-  // the one after that has not.
+  // The cycle after `before` may have read the flags before they were written; the cycle after that reads
+  // them as written.
   const auto is_later = [&](const Snapshot& now) {
     return now.incarnation != before.incarnation || now.cycle >= before.cycle + 2;
   };

@@ -61,7 +61,7 @@ void TaskWatch::run() {
 void TaskWatch::look() {
   const auto channel = link_.channel();
   Snapshot now{};
-  // A task that has not made its first cycle yet is approaching its device.
+  // A task before its first cycle is still approaching its device.
   if (!link_.alive() || !channel || !channel->task().snapshot.load(now) ||
       now.incarnation != channel->task().incarnation) {
     progress_.reset();
@@ -74,7 +74,7 @@ void TaskWatch::look() {
 void TaskWatch::set_frozen(bool frozen) {
   changed_at_.store(progress_.changed_at().time_since_epoch().count(), std::memory_order_release);
   if (frozen == is_frozen()) return;
-  // A client that sees Error finds its cause among the alarms, however soon it asks.
+  // The alarm comes before the state: a client that reads Error finds its cause at once.
   if (frozen)
     alarms_.add(kAlarmTaskFrozen, true, "the real-time task does not respond: its cycle number stands still");
   frozen_.store(frozen, std::memory_order_release);
@@ -87,7 +87,7 @@ void TaskWatch::report() {
     supervisor_.ready();
     supervisor_.alive();
   }
-  // Relaxed: it says that this thread runs, and orders nothing else.
+  // Relaxed: the beat shows only that this thread runs, and orders nothing else.
   if (const auto channel = link_.channel())
     channel->own().control.servant_beat.fetch_add(1, std::memory_order_relaxed);
 }

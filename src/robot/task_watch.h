@@ -17,23 +17,23 @@
 
 namespace corbot {
 
-/// Whether a counter that another process increments has stood still, in this process's running time.
+/// Detects that a counter of another process has stalled, measured in this process's running time.
 class Progress {
  public:
   using Clock = RunningTime::Clock;
   static constexpr std::chrono::milliseconds kLook{20};
   static constexpr std::chrono::milliseconds kLongestLook{40};
 
-  /// Frozen: the counter has stood still for as long as this.
+  /// `frozen_after`: the counter is frozen when it has stalled for this long.
   explicit Progress(Clock::duration frozen_after) : frozen_after_(frozen_after) {}
 
-  /// The counter as it is at `now`. Returns is_frozen().
+  /// Records the counter at `now`. Returns is_frozen().
   bool see(std::uint64_t counter, Clock::time_point now);
-  /// Nothing is to be watched; the next look begins anew.
+  /// Stops watching; the next see() begins anew.
   void reset() { has_counter_ = false; }
 
   [[nodiscard]] bool is_frozen() const { return has_counter_ && still_.passed() >= frozen_after_; }
-  /// Of the last look at which the counter had changed.
+  /// Returns the time of the last look at which the counter had changed.
   [[nodiscard]] Clock::time_point changed_at() const { return changed_at_; }
 
  private:
@@ -44,19 +44,19 @@ class Progress {
   Clock::time_point changed_at_{};
 };
 
-/// Liveness between servant and real-time task, a thread of its own. Looks whether the task's cycle number
-/// advances; where it stands still there is an alarm, active until it advances again. And raises the
-/// servant's beat, by which the task knows that the servant responds, and reports to the supervisor of this
-/// process, as long as `responds` returns true.
+/// Liveness between servant and real-time task, in a thread of its own. Watches whether the task's cycle
+/// number advances; while it is stalled, an alarm is active. Raises the servant's beat and reports to the
+/// supervisor of this process while `responds` returns true. The beat shows the task that the servant
+/// responds.
 class TaskWatch {
  public:
   struct Hooks {
-    std::function<bool()> is_ready;  ///< calls are served: to the supervisor
-    std::function<bool()> responds;  ///< proves that calls are served; where it blocks, the beat stands still
-    std::function<void(bool frozen)> on_change;  ///< from the thread
+    std::function<bool()> is_ready;  ///< calls are served; reported to the supervisor
+    std::function<bool()> responds;  ///< proves that calls are served; while it blocks, the beat is stalled
+    std::function<void(bool frozen)> on_change;  ///< called from the thread
   };
 
-  /// Link and log outlive this. `frozen_after_ns`: see Profile.
+  /// `link` and `alarms` outlive this. `frozen_after_ns`: see Profile.
   TaskWatch(const Link& link, AlarmLog& alarms, std::int64_t frozen_after_ns, Hooks hooks);
   TaskWatch(const TaskWatch&) = delete;
   TaskWatch& operator=(const TaskWatch&) = delete;
@@ -65,9 +65,9 @@ class TaskWatch {
   void start();
   void close();
 
-  /// The task is there, and its cycle number stands still.
+  /// Returns true if the task is connected and its cycle number is stalled.
   [[nodiscard]] bool is_frozen() const noexcept { return frozen_.load(std::memory_order_acquire); }
-  /// What is_frozen() means, and since when.
+  /// Describes the frozen state and how long it has lasted.
   [[nodiscard]] std::string cause() const;
 
  private:
@@ -79,12 +79,12 @@ class TaskWatch {
   const Link& link_;
   AlarmLog& alarms_;
   const Hooks hooks_;
-  Progress progress_;           // the thread's own
-  ServiceNotifier supervisor_;  // likewise
+  Progress progress_;           // used by the thread only
+  ServiceNotifier supervisor_;  // used by the thread only
   std::atomic<bool> frozen_{false};
   std::atomic<Progress::Clock::rep> changed_at_{0};
 
-  std::mutex mutex_;  // of end_
+  std::mutex mutex_;  // guards end_
   std::condition_variable end_requested_;
   bool end_{false};
   std::thread thread_;

@@ -35,8 +35,8 @@ void TicketTable::insert(const Ticket& ticket) {
   keep(entry->second);
 }
 
-/// Motions end in the order of their numbers, and fewer can be pending than there are places: the oldest is the one
-/// whose place is taken.
+/// Stores the ticket's record. Motions end in the order of their numbers, and fewer motions can be pending
+/// than there are records. The record that is overwritten is therefore the oldest.
 void TicketTable::keep(const Ticket& ticket) {
   if (records_ != nullptr) (*records_)[ticket.place].store(to_record(ticket));
 }
@@ -57,8 +57,8 @@ void TicketTable::complete(std::uint64_t command, Verdict verdict) {
   if (found == tickets_.end()) return;
   Ticket& ticket = found->second;
   if (command < ticket.first || ticket.state != TicketState::kPending) return;
-  // After another verdict than done, later commands of the ticket are refused for following this one: it ends
-  // with the cause, not with the effect.
+  // After a verdict other than done, the task refuses later commands of the ticket, as they follow the failed
+  // one. The ticket ends with the cause, not with that effect.
   if (command != ticket.last && verdict == Verdict::kDone) return;
   const bool taken_back = verdict == Verdict::kStopped && ticket.cancelled;
   end(ticket, state_of(verdict), taken_back ? TicketReason::kTakenBack : reason_of(verdict));
@@ -92,7 +92,7 @@ void TicketTable::fail(std::uint64_t id, const std::string& reason) {
 void TicketTable::reconcile(const Snapshot& before) {
   const std::lock_guard lock(mutex_);
   if (pending_ == 0) return;
-  // Commands of earlier servants come first: where none runs or waits, none is left.
+  // Commands of earlier servants come first: if none of them runs or waits, all have ended.
   const auto is_inherited = [&](std::uint64_t id) { return id != 0 && id <= inherited_through_; };
   const bool has_inherited =
       before.backlog != 0 || is_inherited(before.command_id) || is_inherited(before.waiting_id);
@@ -163,7 +163,7 @@ std::optional<Ticket> TicketTable::wait(std::uint64_t id,
   const auto suspended_until = std::chrono::steady_clock::now() + kSuspendedWait;
   std::unique_lock lock(mutex_);
   for (;;) {
-    // Looked up anew after every wait: a ticket that ended long ago may have been forgotten meanwhile.
+    // Looked up again after every wait: a ticket that ended long ago may have been dropped meanwhile.
     const auto found = tickets_.find(id);
     if (found == tickets_.end()) return std::nullopt;
     if (found->second.state != TicketState::kPending || closed_) return found->second;
@@ -210,10 +210,11 @@ TicketTable::Shown TicketTable::shown_in(const Snapshot& snapshot) const {
   const std::uint64_t begun = std::max(snapshot.command_id, snapshot.last_done_id);
   const std::lock_guard lock(mutex_);
   Shown shown;
-  // Between the two commands of a motion none runs for a cycle.
+  // Between the two commands of a motion there is a cycle in which neither runs.
   const auto found = tickets_.upper_bound(snapshot.last_done_id);
   if (found != tickets_.end() && found->second.first <= begun) shown.running = found->second;
-  // One that this task has done by now, and had not begun in this snapshot, waited there.
+  // A motion that this task has completed by now, but had not begun in this snapshot, was queued in the
+  // snapshot.
   const auto waited = [&](const Ticket& ticket) {
     const bool is_done_since =
         ticket.state == TicketState::kDone && ticket.incarnation == snapshot.incarnation;

@@ -5,8 +5,8 @@
 
 namespace corbot {
 
-/// Called at each look of a call that waits, every few milliseconds: throws CallError where it is to wait no longer. Empty:
-/// it waits for as long as it takes.
+/// Abort check of a waiting call, polled every few milliseconds. Throws CallError to abort the call. Empty:
+/// no limit.
 using Wanted = std::function<void()>;
 
 inline void check(const Wanted& wanted) {
