@@ -52,7 +52,8 @@ std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1
   Vector3d::Map(arc.u.data()) = u;
   Vector3d::Map(arc.v.data()) = v;
   arc.radius_m = radius_m;
-  // Relative to p1, not to the centre: on a flat arc the centre is far away and its digits are few.
+  // The angle is computed relative to p1, not to the centre. On a flat arc the centre is far away and would
+  // cost digits.
   const double angle = std::atan2(b.dot(v), radius_m + b.dot(u));
   arc.angle_rad = angle > 0.0 ? angle : angle + 2.0 * std::numbers::pi;
   return arc;

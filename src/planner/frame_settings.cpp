@@ -12,9 +12,9 @@
 namespace corbot {
 namespace {
 
-constexpr double kUnitLength = 1e-6;    // six digits are what people write
-constexpr double kLeastLever = 1e-9;    // m³ or so: a determinant that is noise
-constexpr double kLeastInPlane = 1e-6;  // of the tool's x axis, a direction
+constexpr double kUnitLength = 1e-6;    // users write six digits
+constexpr double kLeastLever = 1e-9;    // about m³: a smaller determinant is rounding error
+constexpr double kLeastInPlane = 1e-6;  // component of the tool's x axis, a unit vector
 
 std::optional<PlanRefusal> check_frame(const Pose& frame, double farthest_m, const char* name) {
   for (const double x : frame.position_m) {
@@ -30,7 +30,8 @@ std::optional<PlanRefusal> check_frame(const Pose& frame, double farthest_m, con
       fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLength));
 }
 
-/// How far the first three joints can move the tool centre point in all directions, at best; over a fixed set of joints.
+/// Returns the largest determinant of the tool centre point's velocities by the first three joints, over a
+/// fixed set of joint values. It is 0 if these joints cannot move the point in all directions.
 double best_lever(const Kinematics& arm) {
   double best = 0.0;
   for (int k = 1; k <= 16; ++k) {

@@ -9,13 +9,13 @@
 
 namespace corbot {
 
-/// The profile's frames, but for those that are set.
+/// Returns the frames that are set, else the profile's.
 [[nodiscard]] Frames frames_in_force(const Kinematics& arm, const PlanSettings& settings) noexcept;
-/// The arm in the frames in force.
+/// Returns the arm in the frames in force.
 [[nodiscard]] Kinematics in_frames(const Kinematics& arm, const PlanSettings& settings) noexcept;
 
-/// Refuses a frame that is not finite, not of unit length within 1e-6 or beyond kFarthestBase_m, kFarthestTool_m, and a tool with
-/// which the arm can do less than without: `name` is the parameter's.
+/// Refuse a frame that is not finite or not of unit length within 1e-6. Refuse a frame beyond kFarthestBase_m
+/// or kFarthestTool_m. check_tool_frame() also refuses a tool that reduces the motions that the arm can make.
 [[nodiscard]] std::optional<PlanRefusal> check_base_frame(const Pose& world_T_base);
 [[nodiscard]] std::optional<PlanRefusal> check_tool_frame(const Kinematics& arm, const Pose& flange_T_tool);
 

@@ -18,7 +18,7 @@
 namespace corbot {
 namespace {
 
-/// Time-optimal laws, not yet of equal duration; returns the longest duration.
+/// Plans time-optimal laws, not yet of equal duration. Returns the longest duration.
 double plan_joints(const ArmModel& model, const Joints& speed_q_s, const Joints& from, const Joints& to,
                    JointMotion* motion) {
   double longest_s = 0.0;
@@ -40,15 +40,16 @@ PlanResult joint_command(const ArmModel& model, const Joints& speed_q_s, const P
   for (std::size_t i = 0; i < model.dof; ++i) {
     TimeLaw& law = command.joint.law[i];
     if (law.duration_s() < duration_s) law = stretch(law, duration_s);
-    // As the real-time task will compute it, not as it was asked for: the two differ by a rounding.
+    // The end is the value that the real-time task computes. It differs from the requested value by a
+    // rounding error.
     command.end_q[i] = start.position_q[i] + law.distance;
   }
   command.duration_s = duration_s;
   return std::vector<Command>{command};
 }
 
-/// Puts each angle into its range by whole rotations, nearest to where the joint is. Returns the joint that
-/// no rotation brings into its range, −1 where there is none.
+/// Puts each angle into its range by whole turns, as near to the present angle as possible. Returns the first
+/// joint that no turn brings into its range, or −1.
 int fit_ranges(const ArmModel& model, const Joints& present, Joints* target) {
   for (std::size_t i = 0; i < model.dof; ++i) {
     const JointLimits& limits = model.joints[i];
@@ -89,7 +90,7 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
   IkSolution out_of_reach;
   std::uint32_t refused = count;
   for (std::uint32_t i = 0; i < std::bit_ceil(count); ++i) {
-    // The present solution first; the others follow in the order of what they differ in.
+    // The present solution comes first; the others follow in the order of their difference from it.
     const std::uint32_t number = i ^ present;
     if (number >= count) continue;
     const auto goal = goal_point(model_, settings_, start.position_q, target_m, number);
@@ -128,7 +129,8 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
   return unreachable(target_m, out_of_reach, "the target");
 }
 
-/// Solutions have no numbers that would stay the same from place to place: the quickest is taken.
+/// Tries all solutions and takes the quickest, as the solutions of a search have no numbers that are the same
+/// at every place.
 PlanResult JointPlanner::reach_numerically(const PlanStart& start, const std::array<double, 3>& target_m,
                                            double t_s) const {
   const auto goal = goal_point(model_, settings_, start.position_q, target_m, 0);
@@ -138,7 +140,8 @@ PlanResult JointPlanner::reach_numerically(const PlanStart& start, const std::ar
       settings_.tool_orientation
           ? numeric::all_solutions(model_, Pose{target_m, *settings_.tool_orientation}, start.position_q)
           : numeric::all_solutions(model_, wanted, start.position_q);
-  // With up to three joints the orientation is an output: one that is asked for is only at some solution.
+  // With up to three joints the orientation is an output. Only some solutions have the orientation that is
+  // set.
   const bool is_output = settings_.tool_orientation && model_.dof <= 3;
   double best_s = std::numeric_limits<double>::infinity();
   Joints best{};

@@ -9,21 +9,22 @@
 
 namespace corbot {
 
-/// Joint-space motions, synchronised: all joints take the same time. Arguments have been checked.
+/// Plans synchronised joint-space motions: all joints take the same time. Arguments have been checked.
 class JointPlanner {
  public:
-  /// Model and settings must outlive this.
+  /// `model` and `settings` must outlive this.
   JointPlanner(const ArmModel& model, const PlanSettings& settings);
 
-  /// The speed limit in force, rad/s or m/s.
+  /// Returns the speed limit in force, rad/s or m/s.
   [[nodiscard]] double speed_q_s(std::size_t joint) const noexcept { return speed_q_s_[joint]; }
 
-  /// To given joints.
+  /// Plans a motion to given joint values.
   [[nodiscard]] PlanResult to(const PlanStart& start, const Joints& target_q, double t_s) const;
-  /// To a point: on the present solution where its joint ranges allow, else on the quickest feasible one.
+  /// Plans a motion to a point: on the present solution if its joint ranges allow, else on the quickest
+  /// feasible one.
   [[nodiscard]] PlanResult reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                  double t_s) const;
-  /// One joint, no faster than `speed_q_s`.
+  /// Plans a motion of one joint, no faster than the request's speed.
   [[nodiscard]] PlanResult drive(const PlanStart& start, const DriveRequest& request) const;
 
  private:

@@ -17,7 +17,7 @@
 namespace corbot {
 namespace {
 
-/// A rotary joint's value as people read it.
+/// Returns a rotary joint's value within half a turn of 0, for texts.
 double within_turn(JointKind kind, double value_q) {
   return kind == JointKind::kRotary ? wrap_angle(value_q) : value_q;
 }
@@ -41,8 +41,8 @@ PathPlan PathPlanner::arc(const PlanStart& start, ArcMotion arc) const {
   });
 }
 
-/// The solutions that the arm is on, by a round trip: one, but where two of them meet either may lead on. The smallest number
-/// comes first.
+/// Returns the numbers of the arm's present solutions, found by a round trip, in ascending order. There is
+/// one, but where two solutions meet the path may continue on either.
 std::vector<std::uint32_t> PathPlanner::present_solutions(const PathPoint& here, const Joints& q) const {
   const Kinematics& arm = model_.kinematics;
   std::vector<std::uint32_t> numbers;
@@ -52,7 +52,7 @@ std::vector<std::uint32_t> PathPlanner::present_solutions(const PathPoint& here,
       numbers.push_back(number);
     }
   }
-  if (numbers.empty()) numbers.push_back(0);  // check_start will say what is wrong
+  if (numbers.empty()) numbers.push_back(0);  // check_start reports what is wrong
   return numbers;
 }
 
@@ -80,7 +80,7 @@ PathPlan PathPlanner::plan(const PlanStart& start, Motion motion, double t_s, Me
   return *first;
 }
 
-/// At every limit of every joint. Without travel it is a dwell.
+/// Plans at the limits of every joint. A motion without travel becomes a dwell.
 template <class Motion, class Member>
 PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, double t_s,
                                        Member member) const {
@@ -106,7 +106,7 @@ PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, do
   return result;
 }
 
-/// Of a path between knots, the target first, as in check_ends().
+/// Checks the joint ranges of a path between knots, the target first, like check_ends().
 std::optional<PlanRefusal> PathPlanner::check_ranges(const std::vector<rate::Knot>& knots,
                                                      const PathPoint& target) const {
   for (std::size_t i = 0; i < model_.dof; ++i) {
@@ -133,7 +133,7 @@ PlanRefusal PathPlanner::range_at_target(std::size_t joint, double position_q,
   return refusal;
 }
 
-/// Where a path has no knots, the closed form may know the joint and the point that are at fault.
+/// Returns a refusal that the closed form can explain by the joint and the point, for a path without knots.
 template <class Motion>
 std::optional<PlanRefusal> PathPlanner::closed_form_refusal(const PlanStart& start,
                                                             const Motion& motion) const {
@@ -143,10 +143,10 @@ std::optional<PlanRefusal> PathPlanner::closed_form_refusal(const PlanStart& sta
   return proof.check_geometry();
 }
 
-/// The ends of a path.
+/// Checks the ends of a path.
 std::optional<PlanRefusal> PathPlanner::check_ends(const PlanStart& start, const PathProof& proof,
                                                    const PathPoint& target) const {
-  // The target first: of all points that may be out of reach it is the one that the caller has given.
+  // The target comes first: of all points out of reach, the caller has given this one.
   const IkSolution end = proof.joints_at(1.0);
   if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
   if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
@@ -158,7 +158,7 @@ std::optional<PlanRefusal> PathPlanner::check_ends(const PlanStart& start, const
   return std::nullopt;
 }
 
-/// The path must begin where the arm rests, as the real-time task will see it.
+/// Checks that the path begins at the arm's rest position, as the real-time task will compare it.
 std::optional<PlanRefusal> PathPlanner::check_start(const PlanStart& start, const IkSolution& first) const {
   for (std::size_t i = 0; i < model_.dof; ++i) {
     const double present = start.position_q[i];

@@ -15,24 +15,24 @@ namespace corbot {
 
 struct PathPlan : std::variant<Command, PlanRefusal> {
   using variant::variant;
-  PlannedRate rate;  ///< none of a dwell
+  PlannedRate rate;  ///< empty for a dwell
 };
 
-/// Lines and arcs of the tool centre point, each proved whole. Arguments have been checked.
+/// Plans lines and arcs of the tool centre point and proves each as a whole. Arguments have been checked.
 class PathPlanner {
  public:
-  /// `model`: with the soft limits for ranges; `whole`: with its own, by which the real-time task chooses the turns of joints.
-  /// All must outlive this.
+  /// `model` has the soft limits for ranges. `whole` has its own ranges, by which the real-time task selects
+  /// the turns of joints. All arguments must outlive this.
   PathPlanner(const ArmModel& model, const ArmModel& whole, const PlanSettings& settings) noexcept
       : model_(model), whole_(whole), settings_(settings) {}
 
   [[nodiscard]] PathPlan line(const PlanStart& start, const std::array<double, 3>& to_m, double t_s) const;
-  /// `arc`: circle and angle; the orientation is filled in.
+  /// `arc` gives circle and angle; the function fills in the orientation.
   [[nodiscard]] PathPlan arc(const PlanStart& start, ArcMotion arc) const;
 
  private:
   [[nodiscard]] std::vector<std::uint32_t> present_solutions(const PathPoint& here, const Joints& q) const;
-  /// `motion`: everything but orientation and solution.
+  /// `motion` has everything except orientation and solution.
   template <class Motion, class Member>
   [[nodiscard]] PathPlan plan(const PlanStart& start, Motion motion, double t_s, Member member) const;
   template <class Motion, class Member>

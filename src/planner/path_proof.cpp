@@ -18,18 +18,20 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSmallestCell = 1e-9;       // of the path parameter
 constexpr double kSmallestTravel_m = 1e-12;  // of TCP and tool together
-constexpr std::size_t kMostCells = 20'000;   // a path that needs more runs along a border; it is refused
-/// More in a smallest cell is a jump, which the set-point check would refuse: at a border joints change by some √kSmallestCell.
+constexpr std::size_t kMostCells = 20'000;   // a path that needs more runs along a border and is refused
+/// A larger change in a smallest cell is a jump, which the set-point check would refuse. At a border joints
+/// change by about √kSmallestCell.
 constexpr double kUnbroken_rad = 1e-3;
-constexpr double kMostJump_rad = 4.0;     // more is no singularity, where joints jump by half a turn at most
-constexpr double kWrapMargin_rad = 1e-6;  // kept from the ends of a turn, where joints wrap
+constexpr double kMostJump_rad = 4.0;     // a singularity makes joints jump by half a turn at most
+constexpr double kWrapMargin_rad = 1e-6;  // distance from the ends of a turn, at which joints wrap
 
 struct Interval {
   double a, b;
 };
 
-/// What a rotation of the tool moves the hand by, a radian: the tool centre point's distance from the last axis, and no less than a hand's
-/// size, since with a centre point that stays where it is the wrist moves about it.
+/// Returns the lever by which a rotation of the tool counts as travel, m per rad. It is the distance of the
+/// tool centre point from the last axis. It is at least a hand's size, as the wrist moves about a centre
+/// point at rest.
 double hand_m(const JointChain& chain) {
   constexpr double kLeast_m = 0.1;
   if (chain.count == 0) return kLeast_m;
@@ -137,9 +139,11 @@ std::optional<PlanRefusal> PathProof::check_ends(double s_a, double s_b) const {
   }
   for (std::size_t i = 0; i < model_->dof; ++i) {
     const double jump_q = std::abs(a.joints_q[i] - b.joints_q[i]);
-    // The first joint is free on its axis, where it is the hint; a path that leaves the axis in the arm's own direction is unbroken.
+    // On its axis the first joint is free and takes the hint's value. A path that leaves the axis in the
+    // arm's own direction is unbroken.
     if (jump_q <= kUnbroken_rad) continue;
-    // Where a joint is fast, a smallest cell can step over the whole margin at the end of a turn: a wrap, not a travel.
+    // If a joint is fast, a smallest cell can step over the whole margin at the end of a turn. The jump is
+    // then a wrap, not travel.
     if (i != 0 && jump_q > kMostJump_rad) {
       const bool above = a.joints_q[i] > b.joints_q[i];
       return leaves_range(i, above ? limits_[i].upper_q : limits_[i].lower_q, s_a);

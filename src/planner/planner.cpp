@@ -20,11 +20,11 @@
 namespace corbot {
 namespace {
 
-constexpr double kAtP1_m = 1e-9;  // nearer than this the TCP is at P1
+constexpr double kAtP1_m = 1e-9;  // the TCP is at P1 if it is nearer than this
 
 using Refusal = std::optional<PlanRefusal>;
 
-/// The arguments of each kind of motion, as far as they can be judged without knowing where the arm is.
+/// Checks the arguments of each kind of motion, as far as possible without the arm's position.
 struct ArgumentCheck {
   const ArmModel& model;
   const PlanSettings& settings;
@@ -62,7 +62,7 @@ struct ArgumentCheck {
   Refusal operator()(const DriveRequest& request) const {
     const int dof = static_cast<int>(model.dof);
     if (request.joint < 0 || request.joint >= dof) {
-      // The parameter's name is the interface's.
+      // The interface uses this name of the parameter.
       return bad_parameter("articulation", Quantity::kNumber, request.joint, 0.0, dof - 1,
                            fmt::format("joint {}, allowed 0 to {}", request.joint, dof - 1), request.joint);
     }
@@ -120,7 +120,7 @@ struct ArgumentCheck {
                       to_shown(kind, request.speed_q_s), to_shown(kind, limit_q_s), unit_name(kind)),
           request.joint);
     }
-    // Degrees make the round trip to radians with a rounding, so the limit itself must pass.
+    // The conversion from radians to degrees and back rounds, so the limit itself must pass.
     if (request.speed_q_s <= limit_q_s * (1.0 + 1e-12)) return std::nullopt;
     PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, kSpeedWord, Quantity::kJointSpeed);
     refusal.joint = request.joint;
@@ -133,7 +133,7 @@ struct ArgumentCheck {
   }
 };
 
-/// One path after the other, or the first refusal.
+/// Joins the paths, or returns the first refusal.
 PlanResult sequence(const std::vector<PathPlan>& paths) {
   std::vector<Command> commands;
   std::vector<PlannedRate> rates;
@@ -147,10 +147,10 @@ PlanResult sequence(const std::vector<PathPlan>& paths) {
   return result;
 }
 
-/// The motion itself, once its arguments are known to be good.
+/// Plans the motion, with arguments that have been checked.
 struct Planning {
   const ArmModel& model;  ///< with the soft limits for ranges
-  const ArmModel& whole;  ///< with its own
+  const ArmModel& whole;  ///< with its own ranges
   const PlanSettings& settings;
   const PlanStart& start;
 
@@ -172,7 +172,7 @@ struct Planning {
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
       if (std::holds_alternative<Command>(plan)) return sequence({plan});
-      // Next to a singularity a nanometre is too far for the joints: bridge it like any distance.
+      // Next to a singularity a nanometre is too far for the joints: plan a line to P1, as for any distance.
     }
     const PathPlan approach = planner.line(start, p1_m, 0.0);
     if (const auto* refusal = std::get_if<PlanRefusal>(&approach)) return *refusal;
@@ -197,8 +197,8 @@ struct Planning {
   }
 
   PlanResult operator()(const GripperRequest& request) const {
-    // A full travel shared out evenly among jerk, acceleration and cruise lasts travel_s; its peaks are the
-    // limits under which a part of the travel is planned.
+    // A full travel lasts travel_s and shares it evenly between jerk, acceleration and cruise. Its peaks are
+    // the limits for a part of the travel.
     const double eighth_s = model.gripper.travel_s / 8.0;
     const LawPeaks full = peaks({1.0, eighth_s, eighth_s, 2.0 * eighth_s});
     Command command = blank_command(MotionKind::kGripper, start);
@@ -224,7 +224,7 @@ struct Planning {
   }
 };
 
-/// The arm as the settings make it: a copy only where they change something.
+/// The arm with the settings applied. Copies the model only if the settings change it.
 class ArmInForce {
  public:
   ArmInForce(const ArmModel& model, const PlanSettings& settings) : whole_(&model) {
@@ -246,7 +246,7 @@ class ArmInForce {
   ArmInForce& operator=(const ArmInForce&) = delete;
   ~ArmInForce() = default;
 
-  /// With its own ranges, and with the soft limits in place of them.
+  /// Return the arm with its own ranges, and with the soft limits instead.
   [[nodiscard]] const ArmModel& whole() const noexcept { return *whole_; }
   [[nodiscard]] const ArmModel& narrow() const noexcept { return *narrow_; }
 

@@ -11,33 +11,32 @@ namespace corbot {
 namespace {
 
 constexpr std::size_t kInnerSamples =
-    100000;                      // they mark the inside, so that only boxes at the outline are halved
-constexpr double kMargin = 0.1;  // of the samples' extent: what lies beyond them
+    100000;                      // mark the inside, so that only boxes at the outline are halved
+constexpr double kMargin = 0.1;  // of the samples' extent, for positions beyond them
 
 /// Joint values from centre - half to centre + half.
 struct JointBox {
   Joints centre_q{}, half_q{};
 };
 
-/// Holds the projection of a box: centre + the sum of t·side for t in [-1, 1], and everything within rest_m
-/// of that.
+/// A set that contains the projection of a box. It consists of centre + the sum of t·side for t in [-1, 1],
+/// and of all points within rest_m of these.
 struct Enclosure {
   PlanePoint centre{};
   std::array<PlanePoint, kMaxJoints> sides{};
   double rest_m{};
-  std::size_t curved_joint{};  ///< contributes most to rest_m
+  std::size_t curved_joint{};  ///< the joint that contributes most to rest_m
 };
 
-/// Taylor's theorem about the box's centre. The second derivative by joints i <= j is a_i x (a_j x r_j) where
-/// both turn, so at most the tool's distance from axis j; a_i x a_j, at most 1, where j slides; 0 where i
-/// slides.
+/// Returns the enclosure by Taylor's theorem about the box's centre. For rotary joints i <= j the second
+/// derivative is a_i x (a_j x r_j), at most the tool's distance from axis j. It is a_i x a_j, at most 1, if j
+/// slides, and 0 if i slides.
 Enclosure enclosure_of(const JointChain& chain, const DrawnPlane& plane, const JointBox& box) {
   Enclosure e;
   const Pose tool = forward(chain, box.centre_q);
   const Jacobian j = jacobian(chain, box.centre_q);
   e.centre = plane(tool.position_m);
-  // How fast joint i moves the tool: its speed at the centre, and what the joints further out may change of
-  // that distance.
+  // Speed of the tool by joint i: at the centre, plus the most that the outer joints can add to the distance.
   std::array<double, kMaxJoints> speed{};
   double outer_m = 0.0;
   for (std::size_t i = chain.count; i-- > 0;) {
@@ -63,7 +62,7 @@ Enclosure enclosure_of(const JointChain& chain, const DrawnPlane& plane, const J
   return e;
 }
 
-/// The corners of centre + the sum of t·side, in order: a polygon with two edges a side.
+/// Returns the corners of centre + the sum of t·side, in order: a polygon with two edges for each side.
 std::vector<PlanePoint> corners_of(const Enclosure& e) {
   std::vector<PlanePoint> sides;
   PlanePoint at = e.centre;
@@ -107,8 +106,8 @@ class Marking {
     return static_cast<std::size_t>(
         std::clamp(std::floor((at_m - region_.low_m[k]) / region_.cell_m), 1.0, most));
   }
-  /// Of each row that the enclosure touches, the cells from the first to the last that it touches, until one
-  /// is refused.
+  /// Visits, in each row that the enclosure touches, the cells from the first to the last touched one.
+  /// Returns false as soon as `visit` does.
   template <typename Visit>
   bool every_row(const Enclosure& e, Visit visit) const {
     const std::vector<PlanePoint> corners = corners_of(e);
@@ -126,7 +125,7 @@ class Marking {
     }
     return true;
   }
-  /// Leftmost and rightmost of a convex polygon between two heights, of which it has points.
+  /// Returns the least and the greatest x of a convex polygon between two heights that it reaches.
   [[nodiscard]] static PlanePoint span_between(const std::vector<PlanePoint>& corners, double from,
                                                double to) {
     PlanePoint span{1e9, -1e9};
@@ -167,7 +166,7 @@ PlanePoints samples_of(const ArmModel& arm, const DrawnPlane& plane, std::option
   return samples;
 }
 
-/// Empty cells for what the samples reach and a margin; what were still beyond would be marked at the border.
+/// Returns empty cells for the samples' extent and a margin. A position beyond them would mark the border.
 ReachRegion empty_region(const PlanePoints& samples, double least_cell_m) {
   PlanePoint low = samples.front();
   PlanePoint high = low;
@@ -188,7 +187,7 @@ ReachRegion empty_region(const PlanePoints& samples, double least_cell_m) {
   return region;
 }
 
-/// The ranges, one turn of those that are wider: it has all positions.
+/// Returns the ranges as a box. A range wider than one turn counts as one turn, which has all positions.
 JointBox whole_box(const ArmModel& arm, std::optional<double> joint1_q) {
   JointBox all;
   for (std::size_t i = 0; i < arm.dof; ++i) {
@@ -215,7 +214,7 @@ ReachRegion region_of(const ArmModel& arm, const DrawnPlane& plane, std::optiona
   return region;
 }
 
-/// Each cell with those around it.
+/// Returns the region with the neighbours of each cell marked, too.
 ReachRegion widened(const ReachRegion& region) {
   ReachRegion wide = region;
   for (std::size_t row = 1; row + 1 < region.rows; ++row) {
@@ -252,8 +251,9 @@ void mark_arc(ReachRegion& region, const Turn& turn, const PlanePoint& p) {
   }
 }
 
-/// A reached point is half a diagonal from the middle of its cell, and a quarter of a cell from a step:
-/// together less than a cell. So the cells around those on the arcs have it.
+/// Turns the cells. A reached point is at most half a diagonal from the middle of its cell, and a quarter of
+/// a cell from a step. Together that is less than a cell, so the neighbours of the cells on the arcs contain
+/// it.
 ReachRegion turned(ReachRegion region, const ReachRegion& cells, const Turn& turn) {
   for (std::size_t row = 0; row < cells.rows; ++row) {
     for (std::size_t column = 0; column < cells.columns; ++column) {

@@ -28,7 +28,7 @@ struct Found {
   }
 };
 
-/// First three derivatives of z by time.
+/// Returns the first three derivatives of z by time.
 std::array<State, 3> derivatives(std::span<const Knot> knots, const RateState& at) noexcept {
   const std::size_t k = cell_at(knots, at.lambda_s);
   const Cell cell(knots[k], knots[k + 1]);
@@ -43,7 +43,8 @@ std::array<State, 3> derivatives(std::span<const Knot> knots, const RateState& a
   return by_time;
 }
 
-/// Limits of one motion, and whether the tool's turning sets those of s: speed, acceleration, jerk.
+/// Limits of one motion. `turns` says for speed, acceleration and jerk whether the tool's rotation determines
+/// the limit of s.
 struct Judge {
   Limits limits;
   std::array<bool, 3> turns{};
@@ -79,7 +80,7 @@ Judge judge_of(const ArmModel& model, const PlanSettings& settings, const Motion
   judge.turns = {turns(path.speed_m_s, path.rotation_speed_rad_s),
                  turns(path.acceleration_m_s2, path.rotation_acceleration_rad_s2),
                  turns(path.jerk_m_s3, path.rotation_jerk_rad_s3)};
-  // On an arc these limits are those of the turning alone.
+  // On an arc these limits are those of the rotation alone.
   if (judge.limits.angle_rad > 0.0) judge.turns[1] = judge.turns[2] = true;
   return judge;
 }
@@ -96,7 +97,7 @@ void append(std::vector<ReasonStretch>& all, const ReasonStretch& next) {
 
 double duration_of(const ReasonStretch& stretch) noexcept { return stretch.end_s - stretch.begin_s; }
 
-/// Gives the shortest stretch to its longer neighbour, until none is too short.
+/// Merges the shortest stretch into its longer neighbour until none is too short.
 void drop_short(std::vector<ReasonStretch>& all, double shortest_s) {
   const auto is_shorter = [](const auto& a, const auto& b) { return duration_of(a) < duration_of(b); };
   while (all.size() > 1) {

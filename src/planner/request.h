@@ -10,7 +10,7 @@
 
 namespace corbot {
 
-// What a client asks for, one record a kind of motion; SI units. Planner says what each of them means.
+// Requests of clients, one record for each kind of motion, in SI units. Planner defines their meaning.
 
 struct MoveRequest {
   std::array<double, 3> target_m{};
@@ -42,25 +42,27 @@ struct GripperRequest {
   double opening{};  ///< 0 closed … 1 open
 };
 
-/// To a position and an orientation, base frame, whatever orientation is set.
+/// A motion to a position and an orientation, base frame; any orientation setting is ignored.
 struct MovePoseRequest {
   Pose target{};
   double t_s{};
   bool
-      straight{};  ///< a line of the TCP, the tool turning about one axis in step with it; else a free motion
+      /// true: a line of the TCP, with the tool turning about one axis in step; false: a free motion
+      straight{};
 };
-/// The axes along which an offset counts, and about which it turns.
+/// The axes of an offset and of its turn.
 enum class OffsetFrame : std::uint32_t {
-  kBase,  ///< of the base frame; the turn is about the tool centre point all the same
-  kTool   ///< of the tool frame
+  kBase,  ///< axes of the base frame; the turn is still about the tool centre point
+  kTool   ///< axes of the tool frame
 };
-/// By an offset from where the tool is when the motion begins. One without a turn keeps the orientation; an arm of fewer than six
-/// joints then keeps what it follows of it, with a turn it is a MovePoseRequest to where the offset leads.
+/// A motion by an offset from the tool's pose at its beginning. An offset without a turn keeps the
+/// orientation; an arm of fewer than six joints keeps the angles that it follows. For such an arm, an offset
+/// with a turn is a MovePoseRequest to the resulting pose.
 struct MoveRelativeRequest {
   Pose offset{};
   OffsetFrame frame{};
   double t_s{};
-  bool straight{};  ///< as above
+  bool straight{};  ///< like MovePoseRequest::straight
 };
 
 using MotionRequest =

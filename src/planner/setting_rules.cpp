@@ -15,9 +15,9 @@
 namespace corbot {
 namespace {
 
-constexpr double kShownAndBack_q = 1e-9;  // rounding of the units that are shown
+constexpr double kShownAndBack_q = 1e-9;  // rounding error of the conversion to shown units and back
 
-/// Of an arm that has no tool pitch: what its tool has instead.
+/// Returns the refusal of a tool pitch: says what the arm's tool has instead.
 const char* pitch_refused(const Kinematics& arm) {
   switch (arm.follows()) {
     case Follows::kFull:
@@ -31,7 +31,7 @@ const char* pitch_refused(const Kinematics& arm) {
   }
 }
 
-/// What an arm of fewer than six joints follows instead of an orientation.
+/// Returns the refusal of an orientation: says what an arm of fewer than six joints follows instead.
 const char* orientation_refused(const Kinematics& arm) {
   switch (arm.follows()) {
     case Follows::kPitch:
@@ -56,12 +56,12 @@ const char* orientation_refused(const Kinematics& arm) {
   return "this arm follows no orientation: that of its tool is what its position gives";
 }
 
-/// Its numbers are the interface's already, not radians.
+/// The numbers have the interface's units already, not radians.
 PlanRefusal bad_setting(const std::string& parameter, double value, const std::string& text) {
   return bad_parameter(parameter, Quantity::kNumber, value, 0.0, 0.0, text);
 }
 
-/// "-0.15 to 0 m".
+/// Returns text like "-0.15 to 0 m".
 std::string shown_range(JointKind kind, double lower_q, double upper_q) {
   return fmt::format("{:.6g} to {}", to_shown(kind, lower_q), shown_joint(kind, upper_q));
 }
@@ -77,7 +77,7 @@ PlanRefusal outside(const std::string& parameter, std::size_t joint, double valu
   return refusal;
 }
 
-/// Two finite limits in order, both within the range of the profile.
+/// Checks that both limits are finite, in order and within the profile's range.
 std::optional<PlanRefusal> check_limits(const ArmModel& arm, std::size_t joint, double lower, double upper) {
   const JointLimits& range = arm.joints[joint];
   const JointKind kind = arm.kinematics.joint_kind(joint);
@@ -104,7 +104,7 @@ std::optional<PlanRefusal> check_limits(const ArmModel& arm, std::size_t joint, 
 
 std::optional<PlanRefusal> check_joint_number(const ArmModel& arm, int joint) {
   if (joint >= 0 && static_cast<std::size_t>(joint) < arm.dof) return std::nullopt;
-  // The parameter's name is the interface's.
+  // The interface uses this name of the parameter.
   return bad_setting("articulation", joint, fmt::format("joint {}, allowed 0 to {}", joint, arm.dof - 1));
 }
 

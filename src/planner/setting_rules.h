@@ -8,8 +8,8 @@
 #include "planner/frame_settings.h"
 #include "planner/plan/plan.h"
 
-// What clients may set, for a servant and for a dry run. Values are in the units of the CORBA interface. Each check says why a
-// robot refuses a value; what takes a value needs one that was checked.
+// Settings of clients, for a servant and for a dry run, in the units of the CORBA interface. Each check
+// returns why a robot refuses a value. The functions take_...() need checked values.
 
 namespace corbot {
 
@@ -20,19 +20,19 @@ void take_tool_pitch(PlanSettings& settings, double degrees);
 [[nodiscard]] std::optional<PlanRefusal> check_tool_orientation(const ArmModel& arm,
                                                                 const Quaternion& orientation);
 void take_tool_orientation(PlanSettings& settings, const Quaternion& orientation);
-/// Neither pitch nor orientation: each motion keeps the orientation that the tool has.
+/// Removes pitch and orientation: each motion keeps the tool's orientation.
 void take_any_orientation(PlanSettings& settings);
 
-/// Their checks are check_tool_frame() and check_base_frame().
+/// check_tool_frame() and check_base_frame() check these values.
 void take_tool_frame(PlanSettings& settings, const Pose& flange_T_tool);
 void take_base_frame(PlanSettings& settings, const Pose& world_T_base);
 void take_profile_frames(PlanSettings& settings);
 
 [[nodiscard]] JointRanges profile_ranges(const ArmModel& arm);
-/// Soft limits for PlanSettings, within the profile's ranges, of limits that are degrees and metres.
+/// Converts limits in degrees and metres to soft limits for PlanSettings, within the profile's ranges.
 [[nodiscard]] std::variant<JointRanges, PlanRefusal> soft_limits_of(const ArmModel& arm,
                                                                     const JointRanges& shown);
-/// Refuses limits outside which the arm stands.
+/// Refuses limits if the arm is outside them.
 [[nodiscard]] std::optional<PlanRefusal> check_stands_within(const ArmModel& arm, const JointRanges& limits,
                                                              const Joints& position_q);
 

@@ -5,19 +5,19 @@
 
 namespace corbot {
 
-// With d = |distance|, ramps that reach v cover v (2 t_jerk + t_acc) together. Four cases: the velocity limit
-// is reached or not, and in each the acceleration limit is reached or not. Written such that nothing cancels
-// and nothing under- or overflows from 1e-300 to 1e3.
+// With d = |distance|, the two ramps to v cover v (2 t_jerk + t_acc) together. There are four cases: the
+// velocity limit is reached or not, and with each the acceleration limit is reached or not. The formulas
+// avoid cancellation, underflow and overflow from 1e-300 to 1e3.
 TimeLaw plan_law(double distance, const LawLimits& limits) noexcept {
   const double d = std::abs(distance);
   if (!(d > 0.0)) return {};
   const double v = limits.velocity;
   const double a = limits.acceleration;
   const double j = limits.jerk;
-  const double to_a_s = a / j;  // time to reach the acceleration limit
+  const double to_a_s = a / j;  // time to the acceleration limit
 
   TimeLaw law{distance, 0.0, 0.0, 0.0};
-  if (v > a * to_a_s) {  // the acceleration limit can hold before the velocity limit does
+  if (v > a * to_a_s) {  // the acceleration limit is reached before the velocity limit
     const double ramps = v * (to_a_s + v / a);
     if (d >= ramps) {
       law.t_jerk_s = to_a_s;

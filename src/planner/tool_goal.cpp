@@ -16,10 +16,10 @@
 namespace corbot {
 namespace {
 
-constexpr double kSameAngle_rad = 1e-12;             // a smaller rotation of the tool is rounding
-constexpr double kLeastOrientationError_rad = 1e-6;  // what a limit of 0 allows
+constexpr double kSameAngle_rad = 1e-12;             // a smaller rotation of the tool is rounding error
+constexpr double kLeastOrientationError_rad = 1e-6;  // the error that a limit of 0 allows
 
-/// The rotation vector from one orientation to another, base frame, at most a half turn long.
+/// Returns the rotation vector from one orientation to another, base frame, at most half a turn long.
 Vector3 turn_between(const Quaternion& from, const Quaternion& to) noexcept {
   const Quaternion d = to * conjugate(from);
   const double sign = d.w < 0.0 ? -1.0 : 1.0;
@@ -29,7 +29,7 @@ Vector3 turn_between(const Quaternion& from, const Quaternion& to) noexcept {
   return angle_rad > kSameAngle_rad ? (angle_rad / sine) * axis : Vector3{};
 }
 
-/// The angle next to `present_rad` that is `wanted_rad` but for whole turns.
+/// Returns the angle nearest to `present_rad` that equals `wanted_rad` modulo whole turns.
 double angle_towards(double present_rad, double wanted_rad) noexcept {
   const double turn_rad = wrap_angle(wanted_rad - present_rad);
   return std::abs(turn_rad) <= kSameAngle_rad ? present_rad : present_rad + turn_rad;
@@ -51,8 +51,8 @@ PlanRefusal off_orientation(const Vector3& target_m, double error_rad, double li
   return refusal;
 }
 
-/// Without a closed form: of the solutions that a search finds the one next to the present joints. (With four or five joints
-/// a search finds only an orientation that the arm can take.)
+/// Returns, without a closed form, the solution of a search that is nearest to the present joints. With four
+/// or five joints a search finds only orientations that the arm can take.
 std::variant<PathPoint, PlanRefusal> nearest_found(const ArmModel& model, const Quaternion& wanted,
                                                    const Joints& present_q, const Vector3& target_m) {
   const numeric::NumericSolutions found = numeric::all_solutions(model, Pose{target_m, wanted}, present_q);
@@ -75,7 +75,7 @@ std::variant<PathPoint, PlanRefusal> nearest_found(const ArmModel& model, const 
   return PathPoint{target_m, wanted, model.kinematics.followed().at(best)};
 }
 
-/// The nearest orientation to the one that was asked for, by the angles at the joints that have it.
+/// Returns the orientation nearest to the requested one, as the followed angles at the joints that have it.
 std::variant<PathPoint, PlanRefusal> nearest(const ArmModel& model, const Quaternion& wanted,
                                              const Joints& present_q, const Vector3& target_m,
                                              std::uint32_t solution) {
@@ -143,7 +143,7 @@ PoseGoal goal_by(const Kinematics& arm, const PlanSettings& settings, const Join
   PoseGoal goal{there.position_m, settings};
   goal.settings.tool_orientation.reset();
   goal.settings.tool_pitch_rad.reset();
-  if (arm.follows() == Follows::kPitch)  // which would not keep its own
+  if (arm.follows() == Follows::kPitch)  // otherwise the arm would not keep its own pitch
     goal.settings.tool_pitch_rad = pitch_of_angle(arm, arm.followed().at(present_q)[0]);
   return goal;
 }

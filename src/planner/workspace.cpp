@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 1751;
 constexpr std::size_t kSamples = 20000;
-constexpr std::size_t kStarts = 6;      // of which the best are improved
+constexpr std::size_t kStarts = 6;      // the best of the samples, which are then improved
 constexpr double kSmallestStep = 1e-7;  // of a range
 
 Joints random_joints(const ArmModel& arm, std::mt19937_64& random) {
@@ -29,7 +29,7 @@ Joints random_joints(const ArmModel& arm, std::mt19937_64& random) {
 
 using Measure = std::function<double(const Vector3&)>;
 
-/// Uphill, one joint after the other, in steps that are halved.
+/// Climbs to a maximum, one joint after the other, in steps that are halved.
 double climb(const ArmModel& arm, const Measure& measure, Joints q) {
   double best = measure(arm.kinematics.forward(q).position_m);
   for (double step = 0.1; step > kSmallestStep;) {
@@ -113,7 +113,7 @@ std::vector<Vector3> sample_positions(const ArmModel& arm, std::size_t count,
 
 namespace {
 
-/// Of axis 1, where it is nearest to the second axis; nothing: they are parallel.
+/// Returns the point of the first axis that is nearest to the second, or nothing if they are parallel.
 std::optional<Vector3> nearest_to(const JointAxis& first, const JointAxis& second) {
   const Vector3 normal = cross(first.direction, second.direction);
   const double squared = dot(normal, normal);

@@ -9,24 +9,25 @@
 
 namespace corbot {
 
-/// Where the tool centre point gets within the joints' ranges, base frame, m: extremes found by a search from random joints, always
-/// the same ones.
+/// The reach of the tool centre point within the joints' ranges, base frame, m. A search finds the extremes
+/// from random joints, the same in each run.
 struct Workspace {
   std::array<std::array<double, 2>, 3> extent_m{};  ///< x, y, z: least and greatest
-  bool about_axis{};                 ///< joint 1 turns about a vertical axis, and `radius_m` means something
-  Vector3 axis_m{};                  ///< a point of it
-  std::array<double, 2> radius_m{};  ///< from it, horizontally: nearest and farthest
+  bool about_axis{};                 ///< joint 1 turns about a vertical axis, and `radius_m` is valid
+  Vector3 axis_m{};                  ///< a point of the axis
+  std::array<double, 2> radius_m{};  ///< horizontal distance from the axis: least and greatest
 };
 
 [[nodiscard]] Workspace workspace_of(const ArmModel& arm);
 
-/// Tool positions at random joints within the ranges; joint 1 stands where it is told to.
+/// Returns tool positions at random joints within the ranges. `joint1_q` fixes joint 1.
 [[nodiscard]] std::vector<Vector3> sample_positions(const ArmModel& arm, std::size_t count,
                                                     std::optional<double> joint1_q);
 
-/// The largest distance of the tool centre point from the shoulder, m: the stretched planar arm's, whatever its ranges; else within the joints'
-/// ranges from where axis 1 is nearest to axis 2, or from axis 1 where the two are parallel or joint 2 slides. 0: joint 1
-/// slides, there is no shoulder.
+/// Returns the largest distance of the tool centre point from the shoulder, m. For a planar arm the arm is
+/// stretched, whatever its ranges. Else the joints stay in their ranges, and the shoulder is the point of
+/// axis 1 nearest to axis 2. If the two are parallel or joint 2 slides, axis 1 itself is the reference.
+/// Returns 0 if joint 1 slides: there is no shoulder.
 [[nodiscard]] double reach_m(const ArmModel& arm);
 
 }  // namespace corbot

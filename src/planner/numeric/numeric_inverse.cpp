@@ -14,30 +14,31 @@ namespace corbot::numeric {
 namespace {
 
 constexpr int kMostSteps = 80;
-constexpr int kWatchedSteps = 8;      // in so many the error must halve, or the seed is given up
-constexpr double kFinal = 1e-14;      // no step from here improves anything
-constexpr double kLongestStep = 1.2;  // rad, or in units of the arm's length
+// the error must halve within this number of steps, else the seed is dropped
+constexpr int kWatchedSteps = 8;
+constexpr double kFinal = 1e-14;      // no further step improves the error
+constexpr double kLongestStep = 1.2;  // rad, or metres over the arm's length
 constexpr double kDistinct = 1e-3;
-constexpr double kAlike = 1e-6;  // a joint that several solutions have in common differs by less
+constexpr double kAlike = 1e-6;  // joint values that solutions have in common differ by less
 
 using Vector6 = std::array<double, 6>;
 
-/// What is to be met. Without angles it is the pose; the position alone of up to three joints.
+/// The goal. Without angles it is the pose, or for up to three joints the position alone.
 struct Wanted {
   Pose pose{};
   std::optional<FollowedAngles> followed{};
   Angles angles_rad{};
 };
 
-/// Where the tool is, and how its error changes with the joints.
+/// The error of the tool at some joints, and its derivative.
 struct Linearised {
-  Vector6 error{};  ///< position by the arm's length, then rotation vector (rad), both in the base frame
+  Vector6 error{};  ///< position over the arm's length, then rotation vector (rad), both in the base frame
   Jacobian jacobian{};
   double error_m{}, error_rad{};
-  double squared{};  ///< of `error`
+  double squared{};  ///< square of `error`
 };
 
-/// How far axes and tool are apart, in sum.
+/// Returns the sum of the distances from axis to axis and to the tool.
 double length_of(const JointChain& chain) noexcept {
   const Vector3 tool = (chain.zero_T_n * chain.n_T_tool).position_m;
   double length = 0.0;
@@ -52,7 +53,7 @@ double length_of(const JointChain& chain) noexcept {
   return std::max(length, 1e-3);
 }
 
-/// Instead of the orientation: nothing, or the angles that the arm follows.
+/// Replaces the orientation's error by that of the followed angles, or by nothing.
 void replace_orientation(const Wanted& wanted, const Joints& q, Linearised& at) noexcept {
   const FollowedAngles followed = wanted.followed.value_or(FollowedAngles{});
   const Angles there_rad = followed.at(q);
@@ -97,7 +98,8 @@ Linearised linearise(const JointChain& chain, const Wanted& wanted, const Joints
   return at;
 }
 
-/// (JᵀJ + damping) step = Jᵀe, by Cholesky; JᵀJ is made positive by the damping. False: it is not.
+/// Solves (JᵀJ + damping) step = Jᵀe by Cholesky. Returns false if the damping has not made the matrix
+/// positive definite.
 bool damped_step(const Linearised& at, std::size_t n, double damping, Vector6& step) noexcept {
   std::array<Vector6, 6> a{};
   for (std::size_t i = 0; i < n; ++i) {
@@ -145,7 +147,8 @@ bool refine(const JointChain& chain, const Wanted& wanted, double length_m, Join
     Joints next = q;
     for (std::size_t i = 0; i < chain.count; ++i) next[i] += share * move[i];
     const Linearised there = linearise(chain, wanted, next, length_m);
-    // Next to the solution only what improves is taken: noise of computing is not chased.
+    // Close to the solution only an improving step is taken, so that the loop does not follow rounding
+    // errors.
     if (met(at) && !(there.squared < at.squared)) break;
     q = next;
     at = there;
@@ -157,7 +160,7 @@ bool refine(const JointChain& chain, const Wanted& wanted, double length_m, Join
   return met(at);
 }
 
-/// Random seeds, one after the other; the first is the hint.
+/// A sequence of seeds: the hint first, then random ones.
 class Seeds {
  public:
   Seeds(const JointChain& chain, const Joints& hint_q, const NumericSearch& search)
@@ -192,7 +195,7 @@ class Search {
   Search(const JointChain& chain, const Wanted& wanted, const Joints& hint_q)
       : chain_(chain), wanted_(wanted), hint_q_(hint_q), length_m_(length_of(chain)) {}
 
-  /// Whether this seed leads to something new.
+  /// Returns true if this seed leads to a new solution.
   bool try_seed(Joints q) {
     Linearised at;
     if (!refine(chain_, wanted_, length_m_, q, at)) {
@@ -213,7 +216,8 @@ class Search {
     return true;
   }
 
-  /// By what their joints are within a turn, the first that differs: not by the turns that the hint has chosen.
+  /// Sorts the solutions by the first joint that differs. Angles count within one turn, so the order does not
+  /// depend on the turns that the hint selects.
   void sort() noexcept {
     const auto begin = found.joints_q.begin();
     for (std::uint32_t k = 1; k < found.count; ++k) {
@@ -238,7 +242,7 @@ class Search {
   [[nodiscard]] bool is_before(const Joints& a, const Joints& b) const {
     for (std::size_t i = 0; i < chain_.count; ++i) {
       if (std::abs(turns(i) ? wrap_angle(a[i] - b[i]) : a[i] - b[i]) <= kAlike) continue;
-      // Half a turn to one side is the other side's, too.
+      // Half a turn to one side counts as half a turn to the other, too.
       return turns(i) ? wrap_angle(a[i] + kAlike) < wrap_angle(b[i] + kAlike) : a[i] < b[i];
     }
     return false;

@@ -7,7 +7,7 @@
 
 namespace corbot::numeric {
 
-/// What a line or an arc asks of the tool at s, and its derivatives.
+/// The tool's goal at s on a line or an arc, and its derivatives.
 class PathFunction {
  public:
   explicit PathFunction(const LineMotion& line) : path_(line), turn_rad_(turn_of(line.tool)) {}
@@ -20,15 +20,16 @@ class PathFunction {
   [[nodiscard]] Vector3 velocity_m(double s) const noexcept {
     return std::visit([s](const auto& path) { return velocity_at(path, s); }, path_);
   }
-  /// Second derivative of the position: towards the centre of an arc.
+  /// Returns the second derivative of the position, which points to the centre of an arc.
   [[nodiscard]] Vector3 bend_m(double s) const noexcept {
     const auto* arc = std::get_if<ArcMotion>(&path_);
     if (arc == nullptr) return {};
     return arc->angle_rad * arc->angle_rad * (arc->centre_m - point_at(*arc, s).position_m);
   }
-  /// Its length, the same everywhere.
+  /// Returns the length of that derivative, which is constant.
   [[nodiscard]] double bend_m() const noexcept { return bend_m_; }
-  /// Angular velocity of the tool, base frame, constant; of an arm that follows angles instead, their rates.
+  /// Returns the constant angular velocity of the tool, base frame. If the arm follows angles instead,
+  /// returns their rates.
   [[nodiscard]] const Vector3& turn_rad() const noexcept { return turn_rad_; }
 
  private:

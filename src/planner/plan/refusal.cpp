@@ -32,7 +32,7 @@ PlanRefusal unreachable(const std::array<double, 3>& point_m, const IkSolution& 
   refusal.lower = result.least_m;
   refusal.upper = result.most_m;
   refusal.target_m = point_m;
-  if (result.most_m == 0.0) {  // no matter of two links
+  if (result.most_m == 0.0) {  // not a limit of two links
     refusal.lower = result.limit_m;
     refusal.upper = std::numeric_limits<double>::infinity();
     refusal.text = fmt::format(
@@ -159,7 +159,7 @@ Command blank_command(MotionKind kind, const PlanStart& start) noexcept {
   command.kind = kind;
   command.start_q = start.position_q;
   command.end_q = start.position_q;
-  // The union's first member is the largest one but not by contract: clear the one that will be used.
+  // The union's first member is the largest one, but not by contract. Clear the member that is used.
   switch (kind) {
     case MotionKind::kJoint:
       command.joint = {};

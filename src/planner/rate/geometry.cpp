@@ -20,28 +20,29 @@ namespace {
 
 using numeric::PathFunction;
 
-/// What a cell must keep.
+/// Tolerances of a cell.
 struct Tolerance {
   double off;    ///< m and rad, of the tool
-  double third;  ///< part of the jerk limit
-  double part;   ///< or this part of the third derivative itself
+  double third;  ///< of the third derivative, as a part of the jerk limit
+  double part;   ///< alternative to `third`: a part of the third derivative itself
 };
-// Each is for paths on which the previous one takes too many knots. Where a third derivative is beyond the joint's limit, the rate falls.
+// Each entry is for paths on which the previous one takes too many knots. If a third derivative exceeds the
+// joint's limit, the rate falls.
 constexpr Tolerance kWanted[] = {{1e-8, 0.03, 0.0}, {1e-7, 0.6, 0.01}, {1e-7, 0.6, 0.05}, {1e-7, 6.0, 0.3}};
 constexpr double kLongestCell_q = 0.35;
-constexpr double kShortest = 1e-9;  // of s: halving has led to a singularity, or to the border of the reach
-constexpr double kBeside = 5e-7;    // m and rad: a path that misses a singularity by less leads through it
-constexpr double kPoint =
-    1.0 / 512;                       // of s: no cell of a regular path is as short, so a singularity is there
-constexpr double kPartOff = 3e-4;    // of a path's length, as which a cell across a singularity may be off
-constexpr int kMostPasses = 4;       // singularities that a path leads through
-constexpr double kSingular = 1e7;    // entries of M⁻¹ from which derivatives carry too much rounding
-constexpr double kAlong = 1e-7;      // of a path's rate: how much of it a held joint may leave over
+constexpr double kShortest = 1e-9;    // of s: halving has led to a singularity or to the border of the reach
+constexpr double kBeside = 5e-7;      // m and rad: a path that misses a singularity by less leads through it
+constexpr double kPoint = 1.0 / 512;  // largest error of a cell across a singularity, part of the path
+// largest error of a cell across a singularity, as a part of the path's length
+constexpr double kPartOff = 3e-4;
+constexpr int kMostPasses = 4;       // most singularities that a path may lead through
+constexpr double kSingular = 1e7;    // for larger entries of M⁻¹ derivatives carry too much rounding error
+constexpr double kAlong = 1e-7;      // largest part of a path's rate that a held joint may leave over
 constexpr double kRounding = 2e-15;  // of the tool, m and rad: some units in the last place
 
 class Geometry {
  public:
-  /// All must outlive this.
+  /// All arguments must outlive this.
   Geometry(const ArmModel& model, const PathFunction& path, std::uint32_t solution, const Joints& start_q,
            const State& speed)
       : model_(model), arm_(model.kinematics), path_(path), first_(solution), start_q_(start_q) {
@@ -83,7 +84,7 @@ class Geometry {
   [[nodiscard]] bool are_too_many() const noexcept { return knots_.size() >= kMostKnots; }
 
  private:
-  /// A singular end of the path, the first regular knot beside it, and the length of the cell between them.
+  /// A singular end of the path, the nearest regular knot, and the length of the cell between them.
   struct End {
     Knot knot, next;
     double length_s;
@@ -95,7 +96,7 @@ class Geometry {
     return sum;
   }
 
-  /// Joints at s. `hint`: next to them, for an arm without a closed form.
+  /// Returns the joints at s. An arm without a closed form takes the solution next to `hint`.
   [[nodiscard]] std::optional<Joints> joints(double s, const Joints& hint) const noexcept {
     const PathPoint point = path_.point(s);
     if (arm_.has_closed_form()) {
@@ -108,7 +109,7 @@ class Geometry {
     return q;
   }
 
-  /// M(q)·rate; rows of followed angles, which do not change with q, are left out.
+  /// Returns M(q)·rate without the rows of followed angles, which do not change with q.
   [[nodiscard]] TaskRate moved(const Joints& q, const Joints& rate) const noexcept {
     const Jacobian jacobian = arm_.jacobian(q);
     TaskRate moved{};
@@ -119,7 +120,8 @@ class Geometry {
     return moved;
   }
 
-  /// The joint that the closed form leaves where the path began, because any value of it serves at this point.
+  /// Returns the joint that can have any value at this point. The closed form leaves such a joint at its
+  /// value at the path's beginning.
   [[nodiscard]] std::size_t free_joint(double s, const Joints& q) const noexcept {
     constexpr double kNudge_q = 1e-3;
     for (std::size_t i = 0; arm_.has_closed_form() && i < arm_.joint_count(); ++i) {
@@ -131,7 +133,7 @@ class Geometry {
     return PathForm::kNoJoint;
   }
 
-  /// Nothing at a singularity, unless a joint is free there: the form holds that joint.
+  /// Returns the form at s, or nothing at a singularity. If a joint is free there, the form holds that joint.
   [[nodiscard]] std::optional<PathForm> form_at(double s, const Joints& q) const noexcept {
     const auto is_far = [](const PathForm& form) {
       return form.is_regular() && form.greatest_inverse() < kSingular;
@@ -142,8 +144,9 @@ class Geometry {
     return is_far(holding) ? std::optional(holding) : std::nullopt;
   }
 
-  /// Nothing at a singularity, but for one along the path. With sigma = d lambda/ds and T = q_s/sigma: z′ = (T, 1/sigma) and
-  /// z″ = (c, 0) − kappa z′. There M c = p_ss/sigma² − M′[T] T, kappa = c·T in the metric, and M′ is a difference of M along T.
+  /// Returns the knot at s, or nothing at a singularity across the path. With sigma = d lambda/ds and T =
+  /// q_s/sigma: z′ = (T, 1/sigma) and z″ = (c, 0) − kappa z′. M c = p_ss/sigma² − M′[T] T. kappa = c·T in the
+  /// metric. M′ is a difference of M along T.
   [[nodiscard]] std::optional<Knot> knot(double s, const Joints& q) const noexcept {
     constexpr double kStep_q = 1e-4;
     const std::optional<PathForm> form = form_at(s, q);
@@ -191,8 +194,8 @@ class Geometry {
     return knot;
   }
 
-  /// Length of the curve between two knots, `a` first. With D = z′a + z′b it is the h that solves
-  /// D·(zb − za) = h/2 D·D + h²/12 D·(z″a − z″b), the two-point Taylor formula. Its error is of the order h⁵.
+  /// Returns the length h of the curve between two knots, `a` first. With D = z′a + z′b, h solves D·(zb − za)
+  /// = h/2 D·D + h²/12 D·(z″a − z″b), the two-point Taylor formula. Its error is of the order h⁵.
   [[nodiscard]] double length_s(const Knot& a, const Knot& b) const noexcept {
     State sum{}, bends{}, chord{};
     for (std::size_t i = 0; i < sum.size(); ++i) {
@@ -217,8 +220,9 @@ class Geometry {
     return q;
   }
 
-  /// By the tool at three points, and by the joints in the middle: an error of a third derivative by e is e·h³/384 there. The tool alone
-  /// says little on a joint whose axis it is next to.
+  /// Checks a cell by the tool at three points and by the joints in the middle. An error e of a third
+  /// derivative is e·h³/384 in the middle. The tool alone hardly shows the error of a joint whose axis is
+  /// close to it.
   [[nodiscard]] bool accepts(const Knot& a, const Knot& b, double length_s, double third) const noexcept {
     for (std::size_t i = 0; i < kMaxJoints; ++i) {
       if (!(std::abs(b.z[i] - a.z[i]) <= kLongestCell_q)) return false;
@@ -239,7 +243,7 @@ class Geometry {
     }
     if (excess <= 0.0) return true;
     const std::optional<PathForm> form = form_at(middle[kPath], *q);
-    // Next to a singularity the joints themselves carry this much.
+    // Next to a singularity the joints themselves have this rounding error.
     const double inverse = (form ? *form : PathForm(arm_, *q)).greatest_inverse();
     return excess <= 384.0 * kRounding * inverse;
   }
@@ -249,7 +253,8 @@ class Geometry {
     knots_.push_back(next);
   }
 
-  /// Knots beyond the last one, as far as s = `end`, each cell halved until it is accepted. False: kShortest or kMostKnots.
+  /// Adds knots after the last one, up to s = `end`, and halves each cell until it is accepted. Returns false
+  /// if kShortest or kMostKnots is reached.
   [[nodiscard]] bool fill(double end) {
     std::vector<double> open{end};
     for (const double s : {0.75, 0.5, 0.25}) {
@@ -258,7 +263,7 @@ class Geometry {
     while (!open.empty()) {
       const Knot& last = knots_.back();
       const double s = open.back(), ds = s - last.z[kPath];
-      const double h = ds / last.rate[kPath];  // a first guess of what lambda grows by
+      const double h = ds / last.rate[kPath];  // first estimate of the increase of lambda
       Joints hint{};
       for (std::size_t i = 0; i < kMaxJoints; ++i)
         hint[i] = last.z[i] + h * (last.rate[i] + 0.5 * h * last.bend[i]);
@@ -283,13 +288,14 @@ class Geometry {
   [[nodiscard]] double size(double s) const noexcept {
     return std::max(norm(path_.velocity_m(s)), norm(path_.turn_rad()));
   }
-  /// Whether ds of the path is less than the tool may be beside it.
+  /// Returns true if the tool moves less over ds than the tolerance beside a singularity.
   [[nodiscard]] bool is_point(double s, double ds) const noexcept {
     return ds < kShortest || (ds < kPoint && ds * size(s) < kBeside);
   }
 
-  /// Where solutions meet, a curve may go on smoothly on another one. One cell leads across such a place at s, from a knot before it to a
-  /// knot behind it, the longest that does. Knots between are dropped.
+  /// Leads the curve past a place where solutions meet and where it may continue smoothly on another one. One
+  /// cell crosses the place at s, from a knot before it to a knot after it. The function takes the longest
+  /// cell that does so and drops the knots in between.
   [[nodiscard]] bool pass(double s, double end) {
     if (!arm_.has_closed_form() || passes_ >= kMostPasses) return false;
     for (const double most_off : {tolerance_.off, kBeside}) {
@@ -310,7 +316,8 @@ class Geometry {
     return false;
   }
 
-  /// A cell from a knot to s + ds, on whichever solution leads on, which becomes the present one.
+  /// Returns a cell from a knot to s + ds, on the solution that continues the curve; this solution becomes
+  /// the present one.
   [[nodiscard]] std::optional<End> crossing(const Knot& before, double ds, double most_off) {
     const double h = ds / before.rate[kPath], s = before.z[kPath] + ds;
     double moved = 0.0;
@@ -332,7 +339,8 @@ class Geometry {
     return std::nullopt;
   }
 
-  /// There are no joints to compare with, so the tool's third derivative must be right. It is meant to be right to a part of its limit.
+  /// Checks a cell across a singularity. It has no joints to compare with, so the tool's third derivative is
+  /// checked. Its error may be kWanted[0].third of the jerk limit.
   [[nodiscard]] bool crosses(const End& over, double most_off) const noexcept {
     const double jerk = std::min(model_.path.jerk_m_s3, model_.path.rotation_jerk_rad_s3);
     const double by_jerk = kWanted[0].third * jerk * std::pow(over.length_s, 3) / 384.0;
@@ -345,8 +353,8 @@ class Geometry {
     return true;
   }
 
-  /// s = 0 or 1, where the joints are `q` and there are no derivatives: they are those of a polynomial through the end and two knots
-  /// beside it.
+  /// Returns the cell at s = 0 or 1, where the joints are `q` and have no derivatives. The derivatives are
+  /// those of a polynomial through the end and two knots beside it.
   [[nodiscard]] std::optional<End> singular_end(double s, const Joints& q) const noexcept {
     constexpr double kAway_q = 0.12;
     if (!arm_.has_closed_form()) return std::nullopt;
@@ -358,12 +366,12 @@ class Geometry {
       double away = 0.0;
       for (std::size_t i = 0; i < kMaxJoints; ++i) away = std::max(away, std::abs((*there)[i] - q[i]));
       if (away <= 1.25 * kAway_q) break;
-      ds *= std::clamp(kAway_q * kAway_q / (away * away), 0.02, 0.7);  // q goes as the root of s
+      ds *= std::clamp(kAway_q * kAway_q / (away * away), 0.02, 0.7);  // q varies as the root of s
       if (ds < kShortest) return std::nullopt;                         // the joints jump
     }
     for (int step = 0; step < 17; ++step, ds *= 0.3) {
       std::array<Knot, 5> beside;
-      // From the first of them to the last, in parts: the fit takes an error of it much further.
+      // Measured from the first knot to the last, in parts: the fit amplifies an error of the length.
       double length = 0.0;
       std::size_t found = 0;
       for (; found < beside.size(); ++found) {
@@ -380,16 +388,17 @@ class Geometry {
       std::copy(q.begin(), q.end(), z.begin());
       z[kPath] = s;
       const End end = fitted(z, beside.front(), beside.back(), length, inward);
-      // The coarser third derivative serves, since this cell is passed near rest.
+      // The coarser third derivative suffices, since this cell is passed near rest.
       const Knot &first = inward > 0.0 ? end.knot : end.next, &last = inward > 0.0 ? end.next : end.knot;
       if (accepts(first, last, end.length_s, kWanted[1].third)) return end;
     }
     return std::nullopt;
   }
 
-  /// Let x be the part of the cell from a to b, counted from a away from the end. P(x) = Q(x) + k x³(x − 1)³ goes through both knots as Q
-  /// does, and through z at x = −h/ab. A secant finds the length h for which the end's rate has length 1.
-  /// `ab`: length of the curve between the knots. `inward`: 1 at the path's first point, −1 at its last.
+  /// Fits the end's derivatives. Let x be the part of the cell from a to b, counted from a away from the end.
+  /// P(x) = Q(x) + k x³(x − 1)³ goes through both knots like Q, and through z at x = −h/ab. A secant finds
+  /// the length h for which the end's rate has length 1. `ab`: length of the curve between the knots.
+  /// `inward`: 1 at the path's first point, −1 at its last.
   [[nodiscard]] End fitted(const State& z, Knot a, Knot b, double ab, double inward) const noexcept {
     End end{{0.0, z, {}, {}}, a, 0.0};
     for (std::size_t i = 0; i < z.size(); ++i) {
@@ -433,9 +442,9 @@ class Geometry {
   const ArmModel& model_;
   const Kinematics& arm_;
   const PathFunction& path_;
-  std::uint32_t first_, solution_{};  ///< solutions: where the path begins, and now
+  std::uint32_t first_, solution_{};  ///< numbers of the solution at the path's beginning and now
   int passes_{};
-  double impassable_{-1.0};  ///< s where no cell led on
+  double impassable_{-1.0};  ///< s at which no cell continued the curve
   const Joints& start_q_;
   State weight_{};  ///< 1/v, 0 beyond the arm's joints
   Tolerance tolerance_{};

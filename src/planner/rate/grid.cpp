@@ -42,7 +42,7 @@ class Curve {
   std::vector<Cell> cells_;
 };
 
-/// The greatest constant b that keeps the limits at a place.
+/// Returns the greatest constant b that keeps the limits at a point.
 double cap(const Curvature& c, const Limits& limits) noexcept {
   double b = 1e300;
   const auto share = [](double is, double most) { return std::max(std::abs(is) / most, 1e-150); };
@@ -55,7 +55,8 @@ double cap(const Curvature& c, const Limits& limits) noexcept {
   return b;
 }
 
-/// Nodes where something happens: by parts evenly in mu, in the knots, in both ramps, and in the time that the caps take.
+/// Returns the grid's nodes. They are spaced evenly by parts in mu, in the knots, in both ramps, and in the
+/// time at the caps.
 std::vector<double> nodes(const Curve& curve, std::span<const Knot> knots, const Ramp& ramp,
                           const Limits& limits, std::size_t count) {
   const double m = ramp.length_mu(), r = ramp.ramp_mu();
@@ -99,13 +100,14 @@ std::vector<double> nodes(const Curve& curve, std::span<const Knot> knots, const
   }
   return mu;
 }
-/// Acceleration at a node, or jerk in the middle of the cell after it, which is `h` long. Their number.
+/// Adds rows for the acceleration at a node, or for the jerk in the middle of the next cell, of length `h`.
+/// Returns the number of rows.
 std::size_t add_rows(const Curvature& c, const Limits& limits, std::array<Row, kMostRows>& rows, bool is_jerk,
                      double h) {
   std::size_t count = 0;
   const auto put = [&](double b, double a, double w, double limit) {
     if (!std::isfinite(limit)) return;
-    // A middle's b, a and w in those of the node before it.
+    // b, a and w in a middle, expressed by those of the node before it
     if (is_jerk)
       rows[count].x = {b / limit, (a + b * h) / limit, (w + a * h / 2.0 + b * h * h / 4.0) / limit};
     if (!is_jerk) rows[count].x = {b / limit, a / limit, 0.0};
@@ -130,7 +132,7 @@ std::size_t add_rows(const Curvature& c, const Limits& limits, std::array<Row, k
   return count;
 }
 
-/// The longest time that any limit takes to full speed.
+/// Returns the longest time that any limit needs to reach full speed.
 double longest_ramp_s(const Limits& limits) noexcept {
   double longest = 0.0;
   for (std::size_t i = 0; i <= kPath; ++i) {
@@ -154,7 +156,7 @@ Ramp::Ramp(double length_s, double ramp_s) noexcept
   ramp_mu_ = 0.5 * length_mu_;
 }
 
-/// The slope is y² (6 − 8 y + 3 y²) with y = mu/r up to r, then 1; the second half mirrors the first.
+/// The slope is y² (6 − 8 y + 3 y²) with y = mu/r up to r, then 1. The second half mirrors the first.
 std::array<double, 4> Ramp::at(double mu) const noexcept {
   if (mu > 0.5 * length_mu_) {
     const std::array<double, 4> g = at(length_mu_ - mu);

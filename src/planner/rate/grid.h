@@ -13,34 +13,38 @@
 
 namespace corbot::rate {
 
-/// lambda = G(mu), which goes as mu³ at both ends: so rest is a constant positive rate of mu, at which nothing is singular.
+/// The map lambda = G(mu), which behaves like mu³ at both ends. Rest is therefore a constant positive rate of
+/// mu, at which nothing is singular.
 class Ramp {
  public:
-  /// `length_s`: of lambda. `ramp_s`: how far the slope takes to reach 1, cut to half of the whole.
+  /// `length_s`: length in lambda. `ramp_s`: length over which the slope reaches 1, at most half of the
+  /// whole.
   Ramp(double length_s, double ramp_s) noexcept;
   [[nodiscard]] double length_mu() const noexcept { return length_mu_; }
   [[nodiscard]] double ramp_mu() const noexcept { return ramp_mu_; }
-  /// G and its first three derivatives.
+  /// Returns G and its first three derivatives.
   [[nodiscard]] std::array<double, 4> at(double mu) const noexcept;
-  /// To 1e-12 of the whole.
+  /// Returns mu to 1e-12 of the whole.
   [[nodiscard]] double mu_at(double lambda_s) const noexcept;
 
  private:
   double length_s_, length_mu_, ramp_mu_;
 };
 
-inline constexpr std::size_t kDirections = 6;  ///< of an arc's vectors, each two-sided: a polygon of 12 sides
+inline constexpr std::size_t kDirections = 6;  ///< of an arc's vectors, two-sided: a 12-sided polygon
 inline constexpr std::size_t kMostRows = kMaxJoints + 1 + kDirections;
 
-/// |b·x0 + a·x1 + w·x2| <= 1 at a node, <= b_m^(−1/2) in a middle, with slacks and duals of both sides.
+/// The limit |b·x0 + a·x1 + w·x2| <= 1 at a node, <= b_m^(−1/2) in a middle, with slacks and duals of both
+/// sides.
 struct Row {
   std::array<double, 3> x{};
   std::array<double, 2> slack{}, dual{};
 };
 
-/// A node and the cell after it. With b = mu′² and a = mu″ there, and w = da/d mu in the cell, b and a of the next node are linear in them.
+/// A node and the cell after it. At the node b = mu′² and a = mu″; in the cell w = da/d mu. The next node's b
+/// and a are linear in them.
 struct Stage {
-  double h{}, weight{};  ///< of the cell; of b^(−1/2) in the time
+  double h{}, weight{};  ///< h: length of the cell; weight: of b^(−1/2) in the time
   double most_b{}, speed_slack{}, speed_dual{};
   std::array<Row, kMostRows> acceleration{}, jerk{};
   std::size_t count{};  ///< of each kind
@@ -52,12 +56,12 @@ struct Stage {
   [[nodiscard]] double middle_db() const noexcept { return db + h * da + 0.25 * h * h * dw; }
 };
 
-/// 64 to 112 cells, smaller where the curve bends, and near rest.
+/// A grid of 64 to 112 cells, which are smaller where the curve bends and near rest.
 struct Grid {
   Grid(std::span<const Knot> knots, const Limits& limits);
 
   std::vector<double> lambda_s;  ///< at the nodes
-  std::vector<Stage> stages;     ///< one a node; b, a and w are 0
+  std::vector<Stage> stages;     ///< one for each node; b, a and w are 0
 };
 
 }  // namespace corbot::rate

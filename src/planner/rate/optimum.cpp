@@ -12,14 +12,14 @@ namespace corbot::rate {
 namespace {
 
 constexpr int kMostSteps = 30;
-constexpr double kNearest = 0.97;  // part of the way to where a slack or a dual is 0
+constexpr double kNearest = 0.97;  // part of the way to the point at which a slack or a dual is 0
 
 /// Hessian and gradient of one stage in (b, a, w).
 struct Quadratic {
   double bb{}, ba{}, bw{}, aa{}, aw{}, ww{};
   double b{}, a{}, w{};
 
-  /// A slack whose gradient is g.
+  /// Adds a slack with gradient g.
   void add(double slack, double dual, double tau, const std::array<double, 3>& g) noexcept {
     const double inverse = 1.0 / slack, k = dual * inverse, f = -tau * inverse;
     bb += k * g[0] * g[0];
@@ -35,7 +35,7 @@ struct Quadratic {
 };
 
 Quadratic quadratic(const Stage& s, double tau) noexcept {
-  constexpr double kSmooth = 0.05;  // keeps w smooth where it costs nothing
+  constexpr double kSmooth = 0.05;  // keeps w smooth if that costs no time
   Quadratic q;
   const double root = 1.0 / std::sqrt(s.b);
   q.b = -0.5 * s.weight * root / s.b;
@@ -154,7 +154,7 @@ void Optimum::tighten(std::span<const Shares> shares) {
   set_duals(0.03);
 }
 
-/// f(slack, dual, change of the slack by the present step) for every constraint.
+/// Calls f(slack, dual, change of the slack by the present step) for every constraint.
 template <class F>
 void Optimum::each(F&& f) {
   for (Stage& s : grid_.stages) {
@@ -194,7 +194,7 @@ void Optimum::find_slacks() noexcept {
   }
 }
 
-/// All products of slack and dual alike; together this part of the time.
+/// Makes all products of slack and dual equal; their sum is this part of the time.
 void Optimum::set_duals(double part) noexcept {
   const double product = part * time_s() / rows_;
   each([&](double slack, double& dual, double) { dual = product / slack; });
@@ -206,7 +206,8 @@ double Optimum::time_s() const noexcept {
   return sum;
 }
 
-/// The Newton step. In the first and in the last cell b is constant, so that they are pieces of constant jerk from and to rest.
+/// Computes the Newton step. In the first and the last cell b is constant, so these are pieces of constant
+/// jerk from and to rest.
 void Optimum::solve(double tau) {
   const std::size_t last = grid_.stages.size() - 1;
   std::vector<std::array<double, 3>> policy(last);   // dw = p0 db + p1 da + p2
@@ -224,7 +225,7 @@ void Optimum::solve(double tau) {
     q.b += v.b;
     q.a += 2.0 * h * v.b + v.a;
     q.w += h * h * v.b + h * v.a;
-    std::array<double, 3>& p = policy[k];  // 0 in the first and in the last cell
+    std::array<double, 3>& p = policy[k];  // 0 in the first and the last cell
     if (k > 0 && k < last - 2) p = {-q.bw / q.ww, -q.aw / q.ww, -q.w / q.ww};
     if (k == last - 2) p = {0.0, -1.0 / h, 0.0};
     v.bb = q.bb + 2.0 * p[0] * q.bw + p[0] * p[0] * q.ww;

@@ -11,20 +11,23 @@
 
 namespace corbot::rate {
 
-/// Minimises the time. The limits are kept at the nodes (speed, acceleration) and in the middles of the cells (jerk). Between them they
-/// are exceeded by a few per cent, which prove() finds, tighten() takes back, and stretch() repairs.
-/// An interior-point method whose iterates all keep the limits of the grid; each step is a Riccati recursion.
-/// Verscheure et al., IEEE TAC 54(10), 2009, for the unknowns b = mu′², a = mu″; the jerk's limit is renewed by its tangent in each step.
+/// Minimises the time. The rate keeps the limits at the nodes (speed, acceleration) and in the middles of the
+/// cells (jerk). Between them it exceeds the limits by a few per cent. prove() finds the excess, tighten()
+/// reduces it, and stretch() removes the rest.
+/// The method is an interior-point method whose iterates all keep the limits of the grid; each step is a
+/// Riccati recursion. The unknowns are b = mu′², a = mu″, as in Verscheure et al., IEEE TAC 54(10), 2009.
+/// Each step linearises the jerk's limit anew.
 class Optimum {
  public:
   /// Begins at a constant mu′, half of the greatest.
   explicit Optimum(Grid grid);
 
-  /// `gap`: part of the time by which the answer may be off. At most 30 steps.
+  /// `gap`: largest error of the result, as a part of the time. At most 30 steps.
   void run(double gap);
-  /// The present rate; one piece for each cell.
+  /// Returns the present rate, with one piece for each cell.
   [[nodiscard]] RateLaw law() const;
-  /// Limits of the cells whose proved shares are beyond 1 shrink by that, and by a tenth of the excess. The rate is slowed to keep them.
+  /// Reduces the limits of cells whose proved shares exceed 1 by the excess and a tenth of it. Slows the rate
+  /// down to keep the new limits.
   void tighten(std::span<const Shares> shares);
 
  private:
@@ -37,7 +40,7 @@ class Optimum {
   void advance(double tau, double primal, double dual);
 
   Grid grid_;
-  double rows_{};  ///< their number
+  double rows_{};  ///< number of rows
 };
 
 }  // namespace corbot::rate

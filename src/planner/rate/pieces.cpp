@@ -6,13 +6,14 @@
 namespace corbot::rate {
 namespace {
 
-/// One row of the equations for the second derivatives: below · m[k − 1] + middle · m[k] + above · m[k + 1] = right.
+/// One row of the equations for the second derivatives m. It reads below · m[k − 1] + middle · m[k] + above ·
+/// m[k + 1] = right.
 struct SplineRow {
   double below{}, middle{}, above{}, right{};
 };
 
-/// Row k says that the first derivative does not jump at node k. The spline is at rest at both ends, so lambda[1] = m[1] h²/6 with the first
-/// step h, and likewise at the end: they go to the left.
+/// Returns row k: the first derivative does not jump at node k. The spline is at rest at both ends, so
+/// lambda[1] = m[1] h²/6 with the first step h. The same holds at the end. Both terms move to the left side.
 SplineRow spline_row(std::span<const double> lambda_s, std::span<const double> steps_s, std::size_t k) {
   const std::size_t last = steps_s.size();
   const double before = steps_s[k - 1], after = steps_s[k];

@@ -12,19 +12,19 @@
 
 namespace corbot::rate {
 
-/// At the settings' ratios of speed.
+/// Return the limits at the settings' ratios of speed.
 [[nodiscard]] Limits limits_of(const ArmModel& model, const PlanSettings& settings,
                                const LineMotion& line) noexcept;
 [[nodiscard]] Limits limits_of(const ArmModel& model, const PlanSettings& settings,
                                const ArcMotion& arc) noexcept;
 
 struct Proof {
-  bool is_forward{true};       ///< false: lambda goes back somewhere, and nothing else is meaningful
-  std::vector<Shares> pieces;  ///< bounds of the greatest of any limit, for each piece of the law
-  double factor{};  ///< by which the law must be stretched to keep all limits; below 1 it may be quicker
+  bool is_forward{true};       ///< false: lambda decreases somewhere, and nothing else is valid
+  std::vector<Shares> pieces;  ///< for each piece of the law, a bound of the greatest share of any limit
+  double factor{};             ///< stretch with which the law keeps all limits; below 1 it may be quicker
 };
 
-/// See ProofWalk. `knots`: those of the law's path.
+/// Proves a law, see ProofWalk. `knots` are those of the law's path.
 [[nodiscard]] Proof prove(const RateLaw& law, std::span<const Knot> knots, const Limits& limits);
 
 }  // namespace corbot::rate

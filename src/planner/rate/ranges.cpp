@@ -9,10 +9,11 @@
 namespace corbot::rate {
 namespace {
 
-constexpr double kNarrowest = 1e-9;  // of a cell: what a stretch still hides then is less than the tolerance
+constexpr double kNarrowest = 1e-9;  // of a cell: a narrower stretch hides less than the tolerance
 
-/// A polynomial of the fifth degree on a stretch of a cell. It lies between its least and its greatest Bernstein coefficient, and has the
-/// first and the last of them at its ends (Farouki, Computer Aided Geometric Design 29, 2012).
+/// A polynomial of the fifth degree on a stretch of a cell, as Bernstein coefficients. It lies between the
+/// least and the greatest coefficient (Farouki, Computer Aided Geometric Design 29, 2012). Its values at the
+/// ends are the first and the last coefficient.
 struct RangeStretch {
   std::array<double, 6> bernstein{};
   double begin{}, length{};  ///< parts of the cell
@@ -29,7 +30,7 @@ RangeStretch whole_cell(const std::array<double, 6>& c) noexcept {
   return whole;
 }
 
-/// The second half is left in `whole`.
+/// Returns the first half and leaves the second in `whole`.
 RangeStretch first_half(RangeStretch& whole) noexcept {
   whole.length *= 0.5;
   RangeStretch first = whole;
@@ -42,7 +43,7 @@ RangeStretch first_half(RangeStretch& whole) noexcept {
   return first;
 }
 
-/// Where on a cell a joint is outside, as a part of the cell.
+/// Returns a place where the joint is outside its range, as a part of the cell.
 std::optional<double> outside_at(const std::array<double, 6>& c, const JointLimits& limits) {
   std::vector<RangeStretch> open{whole_cell(c)};
   while (!open.empty()) {

@@ -20,8 +20,8 @@ struct RangeBreach {
   double lambda_s{};
 };
 
-/// Nothing: each joint is within its range, give or take kRangeTolerance_q, at every point of the path and not at samples alone. Else a
-/// breach in the first cell that has one. At least two knots.
+/// Returns a breach in the first cell that has one. Returns nothing if each joint is within its range, to
+/// kRangeTolerance_q, at every point of the path and not only at samples. Needs at least two knots.
 [[nodiscard]] std::optional<RangeBreach> find_breach(std::span<const Knot> knots, std::size_t dof,
                                                      const std::array<JointLimits, kMaxJoints>& limits);
 

@@ -16,14 +16,14 @@ namespace corbot::rate {
 namespace {
 
 constexpr double kNoTravel = 1e-30;  // metres and radians
-constexpr double kHardly = 1e-10;    // likewise: an end may be as far off
-constexpr double kGap = 2e-3;        // of the time, by which the answer may be off
-constexpr double kFirstGap = 1e-2;   // the first round finds out where the limits are exceeded
+constexpr double kHardly = 1e-10;    // metres and radians: largest distance of an end
+constexpr double kGap = 2e-3;        // largest error of the result, as a part of the time
+constexpr double kFirstGap = 1e-2;   // the first round only finds where the limits are exceeded
 constexpr int kMostRounds = 5;
 constexpr double kCloseEnough = 1.004;    // a stretch that no further round is worth
-constexpr double kRoundUp = 1.0 + 1e-12;  // of a stretch, over rounding
+constexpr double kRoundUp = 1.0 + 1e-12;  // of a stretch, against rounding
 
-/// Rounds of optimum and proof; the best of them, stretched by what it is still beyond the limits.
+/// Runs rounds of optimum and proof. Returns the best result, stretched by its remaining excess.
 std::optional<RateLaw> quickest(std::span<const Knot> knots, const Limits& limits) {
   Optimum optimum(Grid(knots, limits));
   std::optional<RateLaw> best;
@@ -46,7 +46,7 @@ std::optional<RateLaw> quickest(std::span<const Knot> knots, const Limits& limit
   return best;
 }
 
-/// `limits`: full ones.
+/// `limits`: the full limits.
 RatePlan plan_of(std::vector<Knot> knots, RateLaw law, const Limits& limits) {
   std::vector<Shares> shares = prove(law, knots, limits).pieces;
   const Shares most = std::accumulate(shares.begin(), shares.end(), Shares{}, greater);
@@ -69,7 +69,8 @@ RatePlanned plan_motion(const ArmModel& model, const PlanSettings& settings, con
   if (!(travel > kNoTravel)) return dwell();
   const Limits limits = reserved(full);
   KnotList list = plan_geometry(model, motion, start_q, limits.speed);
-  // In the time of a low speed the joints bend much where they are quick beside the path; in that of full speed less.
+  // With low speeds the geometry bends much where joints are quick beside the path; with full speeds it bends
+  // less.
   if (std::holds_alternative<PlanRefusal>(list))
     list = plan_geometry(model, motion, start_q, limits_of(model, {}, motion).speed);
   if (auto* refusal = std::get_if<PlanRefusal>(&list)) {

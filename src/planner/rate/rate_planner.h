@@ -13,21 +13,22 @@
 
 namespace corbot::rate {
 
-/// Without the reserves.
+/// Returns the limits without the reserves.
 [[nodiscard]] Limits reserved(Limits limits) noexcept;
 
-/// A motion without travel and rotation has two equal knots, and rests at the first. So does one of less than 1e-10 m and rad at a singularity,
-/// where the joints carry more rounding than that.
+/// The plan of a line or an arc. A motion without travel and rotation has two equal knots and rests at the
+/// first. The same holds at a singularity for a motion of less than 1e-10 m and rad: the joints' rounding
+/// error is larger there.
 struct RatePlan {
   std::vector<Knot> knots;
   RateLaw law;
   std::vector<Shares> shares;  ///< of the full limits, for each piece of the law
-  RateCurve curve;             ///< of virtual time, by what the law leaves of the limits
+  RateCurve curve;             ///< of virtual time, by the part of the limits that the law leaves
 };
 using RatePlanned = std::variant<RatePlan, PlanRefusal>;
 
-/// The law keeps the reserved limits at every instant, which is proved. It lasts `t_s` if that is feasible, else as short as possible.
-/// Refused: what plan_geometry refuses.
+/// Plans a law that keeps the reserved limits at every instant, which is proved. The law lasts `t_s` if that
+/// is feasible, else as short as possible. Refuses the paths that plan_geometry refuses.
 [[nodiscard]] RatePlanned plan_rate(const ArmModel& model, const PlanSettings& settings,
                                     const LineMotion& line, const Joints& start_q, double t_s);
 [[nodiscard]] RatePlanned plan_rate(const ArmModel& model, const PlanSettings& settings, const ArcMotion& arc,
