@@ -48,7 +48,7 @@ using client::Verb;
 
 namespace {
 
-/// Stops a robot on this machine even where its servant does not answer; `robot` empty: it is elsewhere.
+/// Stops a robot on this machine even if its servant does not reply. `robot` empty: the robot is elsewhere.
 bool is_stopped_here(const std::string& robot, double timeout_s) {
   try {
     return !robot.empty() && stop_on_this_machine(robot, timeout_s);
@@ -58,13 +58,13 @@ bool is_stopped_here(const std::string& robot, double timeout_s) {
   }
 }
 
-/// Runs `work` with a client whose arm a signal stops. Ends with kStopped when there was one.
+/// Runs `work` with a client whose arm stops on a signal. Throws with kStopped after a signal.
 template <class Work>
 void run_stoppable(const ClientOptions& options, Work&& work) {
   std::atomic<Client*> connected{nullptr};
   std::atomic<bool> stopped{false};
-  std::optional<Client> client_here;  // it outlives the signal's thread, which uses it
-  // Before the client, whose ORB makes threads: they inherit the blocked signals.
+  std::optional<Client> client_here;  // outlives the signal's thread, which uses it
+  // Precedes the client, whose ORB creates threads: they inherit the blocked signals.
   OnSignal on_signal([&] {
     Client* client = connected.load();
     if (client == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
@@ -86,14 +86,14 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
   } catch (const Failure& failure) {
     if (!on_signal.seen()) throw;
     on_signal.join();
-    // Also where the servant could not report it: what the task has stopped is stopped.
+    // Applies even if the servant could not report it: the task has stopped the arm.
     if (!stopped && failure.code() != ExitCode::kStopped) throw;
     throw Failure(ExitCode::kStopped,
                   fmt::format("the arm was stopped by {}: {}", on_signal.describe(), failure.what()));
   }
 }
 
-/// The robot on this machine that is meant; empty: one elsewhere. Its servant need not answer.
+/// Returns the name of the robot on this machine, or "" for one elsewhere. Its servant need not reply.
 std::string robot_here(const std::string& robot) {
   try {
     return find_robot(robot).local;
@@ -103,7 +103,7 @@ std::string robot_here(const std::string& robot) {
   }
 }
 
-/// By the stop segment of a robot on this machine, which needs no servant; else by the servant.
+/// Stops a robot on this machine by its stop segment, which needs no servant; else by the servant.
 void stop(const ClientOptions& options) {
   const std::string here = robot_here(options.robot);
   std::string failed;
@@ -120,7 +120,7 @@ void stop(const ClientOptions& options) {
   }
 }
 
-/// A hold is in force, or counted until the task can carry it out.
+/// Returns true if a hold is in force, or counted until the task can carry it out.
 bool is_held(Client& client) {
   try {
     return client.call([](auto& arm) {
@@ -132,8 +132,9 @@ bool is_held(Client& client) {
   }
 }
 
-/// Stops a robot on this machine at once, also where its servant does not answer, which is needed for the rest; and at
-/// once asks that, also where the task does not confirm the stop.
+/// Stops a robot on this machine at once, even if its servant does not reply, and requests the hold at the
+/// same time. Only the hold needs the servant. The request is sent even if the task does not confirm the
+/// stop.
 void hold(const ClientOptions& options, const Request& request) {
   const std::string here = robot_here(options.robot);
   std::future<bool> stopping =
@@ -154,7 +155,7 @@ void hold(const ClientOptions& options, const Request& request) {
   }
 }
 
-/// USER@MACHINE, no longer than Acquire takes.
+/// Returns USER@MACHINE, cut to the length that Acquire accepts.
 std::string default_holder() {
   const passwd* user = ::getpwuid(::geteuid());
   char machine[HOST_NAME_MAX + 1] = "";
@@ -188,7 +189,8 @@ void force_release(const ClientOptions& options) {
   fmt::print("the control of '{}' has ended, the arm is at rest\n", holder);
 }
 
-/// The first motion with an unverified position is slow; a higher override takes effect after it.
+/// Reports that the first motion with an unverified position is slow: a higher override takes effect after
+/// it.
 void report_reduced_override(Client& client, double wanted_percent) {
   constexpr double kTolerance_percent = 1e-6;
   const double now_percent = client.call([](auto& arm) { return arm.OverridePercent(); });
@@ -202,8 +204,8 @@ void report_reduced_override(Client& client, double wanted_percent) {
   }
 }
 
-/// The name of a robot on this machine. An address must be that of a robot that is up here: of one elsewhere
-/// the shared memory is not here, whatever else here has its name.
+/// Returns the name of a robot on this machine. An address must belong to a robot that is up here. The shared
+/// memory of a robot elsewhere is not here, whatever has its name on this machine.
 std::string local_robot(const std::string& robot) {
   const client::Address address = find_robot(robot);
   if (!address.local.empty()) return address.local;
@@ -246,7 +248,8 @@ void run_request(const ClientOptions& options, const Request& request) {
 
 namespace {
 
-/// How the profile's plan differs from the robot's; empty: in nothing that both know.
+/// Describes how the profile's plan differs from the robot's. Returns "" if all values that both contain
+/// agree.
 std::string difference_of(const std::vector<Command>& drawn, const ArmModel& arm,
                           const Corbot::PlanInfo& of_robot, double planned_s) {
   constexpr double kSame_s = 1e-4, kSame = 1e-4;  // degrees or m
@@ -254,7 +257,7 @@ std::string difference_of(const std::vector<Command>& drawn, const ArmModel& arm
   for (const Command& command : drawn) drawn_s += command.duration_s;
   if (std::abs(drawn_s - planned_s) > kSame_s)
     return fmt::format("takes {:.4f} s, but the robot plans {:.4f} s", drawn_s, planned_s);
-  // A time that was asked for is the same wherever the motion leads.
+  // A motion with a given time takes that time to any target, so the ends are compared, too.
   for (CORBA::ULong i = 0; i < of_robot.end.length(); ++i) {
     const double end = to_shown(arm.kinematics.joint_kind(i), drawn.back().end_q[i]);
     if (std::abs(end - of_robot.end[i]) > kSame)
@@ -263,7 +266,8 @@ std::string difference_of(const std::vector<Command>& drawn, const ArmModel& arm
   return {};
 }
 
-/// Plans the same from the same joints, by the profile. The robot's settings may be others than the profile's, so that its plan is another one.
+/// Plans the same motion from the same joints by the profile. The plan differs if the robot's settings are
+/// not the profile's.
 void plot_same(const Request& request, const PlanOptions& options, const Corbot::PlanInfo& of_robot,
                double planned_s) {
   DryRun robot(options.profile);

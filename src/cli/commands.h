@@ -18,20 +18,20 @@ struct ClientOptions {
   double timeout_s{5};  ///< of a single call
 };
 
-/// Executes the request. Ctrl-C stops the arm: Failure with kStopped.
+/// Executes the request. Ctrl-C stops the arm and throws Failure with kStopped.
 void run_request(const ClientOptions& options, const client::Request& request);
-/// Prints what the robot would plan for this motion; nothing moves.
+/// Prints the robot's plan for this motion; nothing moves.
 struct PlanOptions {
   bool dry_run{false};
-  std::string profile;  ///< of the robot's arm, for the picture
-  std::string plot;     ///< the file of the picture; empty: none
+  std::string profile;  ///< profile of the robot's arm, for the picture
+  std::string plot;     ///< file of the picture; empty: none
 };
 void show_plan(const ClientOptions& options, const client::Request& request, const PlanOptions& plan);
 struct RunOptions {
   std::string file;     ///< "-": standard input
-  bool dry_run{false};  ///< checks and prints only
-  std::string profile;  ///< of the arm whose reach a dry run checks; empty: it checks none
-  std::string plot;     ///< the file into which that dry run draws the motions; empty: none
+  bool dry_run{false};  ///< only checks and prints
+  std::string profile;  ///< profile of the arm whose reach a dry run checks; empty: no check
+  std::string plot;     ///< file of the picture of the motions in a dry run; empty: none
 };
 /// Runs a program.
 void run_file(const ClientOptions& options, const RunOptions& run);

@@ -32,7 +32,7 @@ std::string release_by_force(Client& client, const std::string& robot, double ti
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   std::string holder = holder_of(client);
   if (holder.empty()) throw Failure(ExitCode::kRefused, "nobody has control of the arm");
-  // A servant of an earlier version, which would die of the signal, does not know this, either.
+  // An older servant, which the signal would kill, does not have this operation either.
   (void)client.call([](auto& arm) { return arm.CycleAge(); });
   if (!signal_servant(robot, SIGUSR1)) {
     throw Failure(

@@ -7,8 +7,9 @@
 
 namespace corbot::cli {
 
-/// Ends whoever's control of a robot of this user on this machine, of which no key is needed: the arm is stopped on its path.
-/// Returns the name of who had it. Throws Failure where nobody has control, or it goes on after `timeout_s`.
+/// Ends any holder's control of this user's robot on this machine without a key: the arm stops on its path.
+/// Returns the name of the holder. Throws Failure if no client has control, or if control continues after
+/// `timeout_s`.
 std::string release_by_force(client::Client& client, const std::string& robot, double timeout_s);
 
 }  // namespace corbot::cli

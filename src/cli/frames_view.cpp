@@ -23,7 +23,7 @@ std::string text_of(const Corbot::Pose& frame) {
 struct Joint {
   std::string name;
   const char* unit;
-  double lower, upper;  ///< of the soft limits; infinite where they are not known
+  double lower, upper;  ///< soft limits; infinite if they are not known
 };
 
 std::vector<Joint> joints_of(Client& client) {
@@ -41,9 +41,9 @@ std::vector<Joint> joints_of(Client& client) {
   return joints;
 }
 
-/// Names of the joints that are beyond their limits.
+/// Returns the names of the joints that are beyond their limits.
 std::vector<std::string> beyond(const Corbot::PoseSolution& one, const std::vector<Joint>& joints) {
-  constexpr double kRounding = 1e-5;  // degrees or m, more than the planner lets pass
+  constexpr double kRounding = 1e-5;  // degrees or m, more than the planner's tolerance
   std::vector<std::string> names;
   for (CORBA::ULong i = 0; i < one.joints.length() && i < joints.size() && !one.withinLimits; ++i) {
     const double value = one.joints[i];

@@ -8,9 +8,10 @@
 
 namespace corbot::cli {
 
-/// `corbot frames`: tool and base frame in force.
+/// Returns the text of `corbot frames`: tool and base frame in force.
 [[nodiscard]] std::string read_frames(client::Client& client);
-/// `corbot solutions`. `pose`: X Y Z, or X Y Z QW QX QY QZ; with three numbers the tool's present orientation.
+/// Returns the text of `corbot solutions`. `pose`: X Y Z, or X Y Z QW QX QY QZ; three numbers use the tool's
+/// present orientation.
 [[nodiscard]] std::string read_solutions(client::Client& client, const std::vector<double>& pose,
                                          bool as_json);
 

@@ -10,7 +10,7 @@
 
 #include "arm.hh"
 
-// What `status` says of the gripper.
+// The gripper in the output of `status`.
 
 namespace corbot::cli {
 
@@ -29,7 +29,7 @@ namespace corbot::cli {
   }
 }
 
-/// "closed"; "closed, at 0 %"; "closed, at 0 %, measured 41 %, holds something".
+/// Returns "closed"; "closed, at 0 %"; "closed, at 0 %, measured 41 %, holds something".
 [[nodiscard]] inline std::string gripper_text(Corbot::GripperState state,
                                               const std::optional<Corbot::GripperInfo>& shown) {
   if (!shown) return to_string(state);

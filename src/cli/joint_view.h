@@ -9,7 +9,7 @@
 
 #include "cli/status_report.h"
 
-// Joints as people and programs see them: degrees where they turn, metres where they slide.
+// Joints in the units for people and programs: degrees for rotary joints, metres for sliding ones.
 
 namespace corbot::cli {
 
@@ -23,13 +23,13 @@ namespace corbot::cli {
   return joint < r.joint_info.size() && r.joint_info[joint].slides;
 }
 
-/// Without a minus sign in front of zeros.
+/// Rounds, without a minus sign in front of zeros.
 [[nodiscard]] inline double rounded(double value, double scale) {
   const double r = std::round(value * scale) / scale;
   return r == 0 ? 0 : r;
 }
 
-/// "   12.34 deg", "  0.0123 m  ".
+/// Returns "   12.34 deg", "  0.0123 m  ".
 [[nodiscard]] inline std::string joint_text(const StatusReport& r, std::size_t joint) {
   return slides(r, joint) ? fmt::format("{:8.4f} m  ", rounded(r.joints[joint], 1e4))
                           : fmt::format("{:8.2f} deg", rounded(r.joints[joint], 100));
@@ -39,7 +39,7 @@ namespace corbot::cli {
   return {range.lower, range.upper};
 }
 
-/// Keys have the unit: degrees, or metres.
+/// Returns the joints as JSON. Keys contain the unit: degrees or metres.
 [[nodiscard]] inline nlohmann::json joints_data(const StatusReport& r) {
   nlohmann::json list = nlohmann::json::array();
   for (std::size_t i = 0; i < r.joints.size(); ++i) {

@@ -38,7 +38,7 @@ namespace {
 using namespace corbot::cli;
 using namespace corbot::client;
 
-/// Everything that the command line can set.
+/// All settings of the command line.
 struct Settings {
   ClientOptions client;
   UpOptions up;
@@ -46,21 +46,22 @@ struct Settings {
   bool json{false};
   double interval_s{0.2};
   int count{0};
-  std::vector<std::string> pose;  ///< of `solutions`
-  PlanOptions plan;               ///< of a motion
+  std::vector<std::string> pose;  ///< argument of `solutions`
+  PlanOptions plan;               ///< options of a motion
   RunOptions run;
   RecordOptions record;
   charts::PlotOptions plot;
   std::string doctor_profile;
   CalibrateOptions calibrate;
   HomeOptions home;
-  bool is_agreed{false};  ///< that `conform` moves the arm
+  bool is_agreed{false};  ///< the user agrees that `conform` moves the arm
   KinematicsOptions kinematics;
   ExportOptions exported;
   bool urdf{false};
 };
 
-/// For an option with a number: the same words as everywhere else, where CLI11 takes "nan", "0x10" and " 1", too.
+/// Validates the number of an option with the messages used elsewhere. CLI11 would accept "nan", "0x10" and "
+/// 1", too.
 CLI::Validator number_within(double low, double high) {
   return CLI::Validator(
       [low, high](std::string& word) {
@@ -72,7 +73,7 @@ CLI::Validator number_within(double low, double high) {
       fmt::format("NUMBER in [{} - {}]", low, high));
 }
 
-/// The plan itself is on standard output.
+/// Validates the file name of a picture. Standard output is not allowed, as the plan itself goes there.
 CLI::Validator picture_file() {
   return CLI::Validator(
       [](std::string& name) {
@@ -103,7 +104,7 @@ class VerbFormatter : public CLI::Formatter {
   const VerbSpec& spec_;
 };
 
-/// "; did you mean '--time'?" for the first option of `words` that is none, or nothing.
+/// Returns "; did you mean '--time'?" for the first unknown option in `words`, or "".
 std::string similar_option(const CLI::App& command, const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options()) {
@@ -119,7 +120,7 @@ std::string similar_option(const CLI::App& command, const std::vector<std::strin
   return "";
 }
 
-/// The message for a wrong command line.
+/// Returns the message for a wrong command line.
 std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   std::string command = "corbot";
   const CLI::App* deepest = app;
@@ -135,7 +136,7 @@ std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   return fmt::format("{}: {} (see '{} --help')\n", command, printable(what), command);
 }
 
-/// A sub-command for every verb; its words are read by the same parser as a program's.
+/// Adds a sub-command for every verb. The parser for programs reads its arguments, too.
 void add_verbs(CLI::App& app, Settings& settings,
                std::map<const VerbSpec*, std::vector<std::string>>& words) {
   for (const VerbSpec& spec : verbs()) {
@@ -360,7 +361,8 @@ void add_files(CLI::App& app, Settings& s) {
   plot_command->callback([&s] { charts::plot(s.plot); });
 }
 
-/// CLI11 only reports that there is an argument too many, or a sub-command too few. `parents`: "", or "cell ".
+/// Reports an unknown command: CLI11 only reports an argument too many or a sub-command too few. `parents`:
+/// "", or "cell ".
 void check_command(const CLI::App& app, std::span<const std::string> words, const std::string& parents = "") {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
   if (commands.empty() || words.empty() || words[0].starts_with('-')) return;
@@ -400,7 +402,7 @@ int run(int argc, char** argv) {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
-  if (!arguments.empty() && arguments[0] == "help") {  // not far from 'hold'
+  if (!arguments.empty() && arguments[0] == "help") {  // the suggestion would be 'hold'
     arguments.erase(arguments.begin());
     arguments.emplace_back("--help");
   }
@@ -414,7 +416,8 @@ int run(int argc, char** argv) {
   return static_cast<int>(ExitCode::kOk);
 }
 
-/// What was printed may be in the buffer still, and on no disk. A reader that has closed its pipe has read what it wanted.
+/// Checks that all output was written. Output may still be in the buffer. A reader that has closed its pipe
+/// has read enough.
 void check_printed() {
   errno = 0;
   const bool is_written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
@@ -435,7 +438,7 @@ int main(int argc, char** argv) {
     return status;
   } catch (const Failure& failure) {
     std::fflush(stdout);
-    // Not by fmt::print, which throws where standard error cannot be written.
+    // Without fmt::print, which throws if standard error cannot be written.
     if (*failure.what() != '\0') std::fputs(fmt::format("corbot: {}\n", failure.what()).c_str(), stderr);
     return static_cast<int>(failure.code());
   } catch (const std::exception& error) {

@@ -36,7 +36,7 @@ std::vector<std::string> split(std::string_view line) {
   return words;
 }
 
-/// Without comment and surrounding blanks.
+/// Returns the line without comment and surrounding blanks.
 std::string_view bare(std::string_view line) {
   line = line.substr(0, line.find('#'));
   const std::size_t first = line.find_first_not_of(kBlanks);
@@ -90,7 +90,7 @@ void parse_line(std::string_view line, std::size_t number, Program& program) {
 
 Program parse_program(std::string_view text) {
   Program program;
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte-order mark, as some editors write
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte-order mark, which some editors write
   std::size_t number = 1;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());

@@ -11,7 +11,7 @@
 
 namespace corbot::cli {
 
-/// One line of a program that does something.
+/// One line of a program with a command.
 struct Statement {
   std::size_t line;  ///< from 1
   std::string text;  ///< as written, without comment and surrounding blanks
@@ -26,23 +26,24 @@ struct ProgramFault {
 struct Program {
   std::string name;  ///< its file, or "<standard input>"
   std::vector<Statement> statements;
-  std::vector<ProgramFault> faults;  ///< all of them, in the order of the lines; run nothing if there is one
+  std::vector<ProgramFault> faults;  ///< all faults, ordered by line; a program with a fault must not run
 };
 
 inline constexpr std::size_t kMaxProgramBytes = 1u << 20;
 inline constexpr std::size_t kMaxProgramLineBytes = 1000;
 
-/// One command a line, '#' begins a comment, empty lines count. CR LF line ends and a final
+/// Parses a program: one command a line, '#' begins a comment. Empty lines count. CR LF line ends and a final
 /// line without one are accepted.
 [[nodiscard]] Program parse_program(std::string_view text);
 
-/// The text of a file, "-" = standard input. Throws Failure when it cannot be read, is empty or too large.
+/// Returns the text of a file, "-" = standard input. Throws Failure if it cannot be read, is empty or too
+/// large.
 [[nodiscard]] std::string read_program(const std::string& file);
 
-/// "; lines 2 to 3 were done; lines 5 to 9 were not begun": of all statements but `failed`.
+/// Returns "; lines 2 to 3 were done; lines 5 to 9 were not begun" for all statements except `failed`.
 [[nodiscard]] std::string describe_others(const Program& program, std::size_t failed);
 
-/// "file:line: reason", one a line.
+/// Returns "file:line: reason" for each fault, one a line.
 [[nodiscard]] std::string describe_faults(const Program& program, std::string_view file);
 
 }  // namespace corbot::cli

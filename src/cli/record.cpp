@@ -63,7 +63,7 @@ const char* device_state(std::uint32_t health) {
   return "unknown";
 }
 
-/// "unverified+power_off"; "-" where there are none.
+/// Returns text such as "unverified+power_off", or "-" if no flag is set.
 std::string flags_text(std::uint32_t flags) {
   static constexpr std::pair<std::uint32_t, const char*> kNames[] = {
       {kSnapshotMeasured, "measured"},  {kSnapshotUnverified, "unverified"},     {kSnapshotHeld, "held"},
@@ -76,7 +76,7 @@ std::string flags_text(std::uint32_t flags) {
   return text.empty() ? "-" : text;
 }
 
-/// A file of rows, in their order. A disk that is full can end it within a row.
+/// A file of rows, in order. A full disk can end it within a row.
 class Output {
  public:
   Output(const std::string& file, bool force) : file_(file), fd_(STDOUT_FILENO) {
@@ -93,7 +93,7 @@ class Output {
     if (file_ != "-" && fd_ >= 0) ::close(fd_);
   }
 
-  /// False when the reader of a pipe has closed it.
+  /// Returns false if the reader of a pipe has closed it.
   [[nodiscard]] bool write(const std::string& rows) const {
     for (std::size_t done = 0; done < rows.size();) {
       const ssize_t n = ::write(fd_, rows.data() + done, rows.size() - done);
@@ -110,7 +110,7 @@ class Output {
   int fd_;
 };
 
-/// Follows the flight recorder of a robot, from task to task.
+/// Reads the flight recorder of a robot, across restarts of the task.
 class Follower {
  public:
   explicit Follower(const std::string& robot)
@@ -118,7 +118,7 @@ class Follower {
 
   /// Appends the rows since the last call.
   void read(std::string& rows, std::span<const JointKind> joints) {
-    // Asked first: what a task that ends wrote last is read, too.
+    // Read first, so that the last rows of a task that ends are read, too.
     const bool lives = channel_ && channel_->task_alive();
     if (channel_) read_task(rows, joints);
     if (lives) return;
@@ -126,13 +126,14 @@ class Follower {
     try {
       channel_.emplace(Observer::of(robot_));
     } catch (const SegmentError&) {
-      return;  // not again, or not yet
+      return;  // gone, or not started yet
     }
     next_ = 0;
     ++restarts_;
     read_task(rows, joints);
   }
-  /// A task that was killed leaves its socket, and another may come; one that ended has removed it.
+  /// Returns true if the robot is down. A task that was killed leaves its socket, and another task may start;
+  /// one that ended has removed it.
   [[nodiscard]] bool gone() const {
     if (channel_ || Clock::now() - last_seen_ <= kSilence) return false;
     const auto directory = RunDirectory::open(false);

@@ -17,20 +17,21 @@ struct RecordOptions {
   std::string file;   ///< "-" = standard output
   double for_s{0};    ///< 0 = until the signal
   bool force{false};  ///< overwrite
-  std::vector<JointKind> joints =
-      std::vector<JointKind>(kMaxJoints);  ///< all six, turning, where they are not known
-  std::string notes{};                     ///< csv_notes, where the profile is known
+  /// all six, rotary, if they are not known
+  std::vector<JointKind> joints = std::vector<JointKind>(kMaxJoints);
+  std::string notes{};  ///< csv_notes(), if the profile is known
 };
 
-/// Lines that begin with `#`: the profile's name, and the limits of each joint (degrees or m, seconds).
+/// Returns lines that begin with `#`: the profile's name, and the limits of each joint (degrees or m,
+/// seconds).
 [[nodiscard]] std::string csv_notes(const Profile& profile);
 
-/// Column names, with units (`theta0_deg`, `slide2_m`), and one row; both end with a line end. The joints that no device
-/// measured are empty. The speeds are those of the set-points.
+/// Return the column names, with units (`theta0_deg`, `slide2_m`), and one row; both end with a line end.
+/// Joints that no device measures are empty. The speeds are those of the set-points.
 [[nodiscard]] std::string csv_header(std::span<const JointKind> joints);
 [[nodiscard]] std::string csv_row(const Snapshot& snapshot, std::span<const JointKind> joints);
 
-/// Writes every cycle of the trace from now on, read-only, until the signal, the time or the robot's end.
+/// Writes every cycle of the trace from now on until the signal, the time or the robot's end; read-only.
 /// Prints a summary to standard error. Throws Failure.
 void record(const RecordOptions& options, const client::OnSignal& on_signal);
 

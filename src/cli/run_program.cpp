@@ -28,7 +28,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-/// One line that is redrawn on a terminal, one line a statement elsewhere.
+/// Shows the statements: on a terminal one line that is redrawn, elsewhere a line for each statement.
 class Display {
  public:
   Display(std::size_t count, bool terminal) : count_(count), terminal_(terminal) {}
@@ -47,7 +47,7 @@ class Display {
     }
     std::fflush(stdout);
   }
-  /// A line of its own about the statement under way, unless it is empty.
+  /// Writes a line about the statement under way, unless the text is empty.
   void remark(const std::string& text) const {
     if (text.empty()) return;
     end();

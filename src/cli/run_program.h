@@ -9,7 +9,7 @@
 
 namespace corbot::cli {
 
-/// "[#####     ]", `width` characters between the brackets; `ratio` is clamped to 0 … 1.
+/// Returns "[#####     ]" with `width` characters between the brackets; `ratio` is clamped to 0 … 1.
 [[nodiscard]] std::string bar(double ratio, std::size_t width);
 
 /// Reads and checks a program. Throws Failure, kUsage with one "file:line: reason" for each fault.
@@ -18,12 +18,13 @@ namespace corbot::cli {
 /// Prints the statements without executing them.
 void print_program(const Program& program);
 
-/// Prints the statements that the arm of a profile can carry out, one after the other, without executing them. Throws Failure
-/// with file and line of the first that its planner refuses. Where `picture` names a file, their motions are drawn into it.
+/// Prints the statements that the arm of a profile can carry out, without executing them. Throws Failure with
+/// file and line of the first statement that the planner refuses. Draws the motions into the file `picture`,
+/// if given.
 void check_reach(const Program& program, const std::string& profile, const std::string& picture = "");
 
 /// Executes the statements in order, with a progress bar on a terminal and plain lines elsewhere. Throws
-/// Failure with file and line of the statement that failed; those after it are not started.
+/// Failure with file and line of the failed statement; later statements are not started.
 void run_program(client::Client& client, const Program& program);
 
 }  // namespace corbot::cli

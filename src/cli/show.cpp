@@ -39,7 +39,7 @@ const char* to_string(Corbot::RobotState state) {
   }
 }
 
-/// Of a StopAndHold: nothing is faulty.
+/// Returns true for the alarm of a StopAndHold, which is no fault.
 bool is_hold(const ActiveAlarm& alarm) { return alarm.code == static_cast<long>(AlarmCode::kHeld); }
 
 const char* meaning(const StatusReport& r, bool cause_gone) {
@@ -66,19 +66,21 @@ const char* to_string(Corbot::RobotKind kind) {
   return index < std::size(kNames) ? kNames[index] : "unknown";
 }
 
-/// The alarm of a lost device stays until it is cleared, also once the device works again, or stands by for that.
+/// Returns true if the lost device works again, or is on standby. Its alarm stays until it is cleared.
 bool is_device_back(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
   return alarm.code == static_cast<long>(AlarmCode::kBackendLost) &&
          (device.health == Corbot::DeviceOpen || device.health == Corbot::DeviceDegraded ||
           client::stands_by(device));
 }
 
-/// What is seen of a stop input counts for all inputs of a robot; it is what Clear looks at, too.
+/// Returns true if the emergency stop is released. One reading covers all stop inputs of a robot; Clear uses
+/// it, too.
 bool is_released(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
   return alarm.code == static_cast<long>(AlarmCode::kEmergencyStop) && !device.emergencyStop;
 }
 
-/// The alarm's own text is quoted for the cause: DeviceInfo has none any more once the device is back.
+/// Describes the device that is back. The text quotes the alarm for the cause, as DeviceInfo no longer
+/// contains it.
 std::string device_back_text(const ActiveAlarm& alarm) {
   return fmt::format("the servo device was lost, is back: 'corbot clear' (alarm: {})", alarm.text);
 }
@@ -111,10 +113,11 @@ json orientation_data(const std::optional<Corbot::Quaternion>& q) {
   return q ? json{{"w", q->w}, {"x", q->x}, {"y", q->y}, {"z", q->z}} : json();
 }
 
-/// Old: more than five of the longest periods that a profile may have.
+/// Returns true if the reading is older than five of the longest periods that a profile may have.
 bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) > 0.1; }
 
-/// The next move takes the pitch that was set; without one a four-axis arm takes 0, any other keeps the present one.
+/// Describes the tool pitch of the next move: the pitch that is set. Without one a four-axis arm takes 0, any
+/// other keeps the present pitch.
 std::string pitch_text(const StatusReport& r) {
   const bool has_default = r.kind == Corbot::Anthropomorphic && r.joints.size() == 4;
   std::string now = fmt::format("{:g} deg now", rounded(r.pose.b, 100));
@@ -122,13 +125,13 @@ std::string pitch_text(const StatusReport& r) {
   return fmt::format("{}, {:g} deg for the next move", now, rounded(r.tool_pitch_deg, 1e6));
 }
 
-/// "cell 7, 11.8 s left unless renewed"; empty: nobody.
+/// Returns text such as "cell 7, 11.8 s left unless renewed", or "" if no client has control.
 std::string holder_text(const Corbot::ControlInfo& control) {
   const std::string holder = printable(control.holder.in());
   return holder.empty() ? "" : fmt::format("{}, {:.1f} s left unless renewed", holder, control.left);
 }
 
-/// One reading in place of several.
+/// Takes one consistent reading instead of several.
 void take(const Corbot::ArmState& now, StatusReport& report) {
   report.state = now.status;
   report.paused = now.paused;
@@ -148,7 +151,7 @@ void take(const Corbot::ArmState& now, StatusReport& report) {
 StatusReport read_status(Client& client) {
   StatusReport report;
   report.name = client.address().name;
-  // An IOR may have the key of exclusive control in it: like a password, it is not shown.
+  // An IOR may contain the key of exclusive control: like a password, it is not shown.
   report.address = client.address().uri.starts_with("IOR:") ? "the address in the IOR" : client.address().uri;
   client.call([&](auto& arm) {
     report.state = arm.Status();
@@ -167,7 +170,7 @@ StatusReport read_status(Client& client) {
       report.control = control.in();
       report.cycle_age_s = arm.CycleAge();
     } catch (const CORBA::BAD_OPERATION&) {
-      // of an earlier version: what it does not say stays empty
+      // an older servant: fields that it does not report stay empty
     }
     try {
       const Corbot::JointList_var kinds = arm.Joints();
@@ -175,7 +178,7 @@ StatusReport read_status(Client& client) {
         report.joint_info.push_back(
             {printable(kinds.in()[i].name.in()), kinds.in()[i].kind == Corbot::JointSlides});
     } catch (const CORBA::BAD_OPERATION&) {
-      // of an earlier version: all turn
+      // an older servant: all joints are rotary
     }
     const Corbot::JointRanges_var ranges = arm.MovRange();
     for (CORBA::ULong i = 0; i < ranges->length(); ++i) report.ranges.push_back(ranges.in()[i]);
@@ -197,7 +200,7 @@ StatusReport read_status(Client& client) {
       const Corbot::SpeedSettings_var speeds = arm.Speeds();
       report.speeds = speeds.in();
     } catch (const CORBA::BAD_OPERATION&) {
-      // of an earlier version: what was read one after another stands
+      // an older servant: the separate readings stay
     }
   });
   return report;
@@ -243,7 +246,8 @@ std::string status_text(const StatusReport& r) {
   text +=
       fmt::format("  gripper   {}\n  speed     {}\n  override  {:g} %\n  pitch     {}\n",
                   gripper_text(r.gripper, r.gripper_info), speeds_text(r), r.override_percent, pitch_text(r));
-  if (r.reach_m > 0.0) text += fmt::format("  reach     {:.3f} m\n", r.reach_m);  // no shoulder, no reach
+  // without a shoulder there is no reach
+  if (r.reach_m > 0.0) text += fmt::format("  reach     {:.3f} m\n", r.reach_m);
   if (r.tool_orientation) {
     const Corbot::Quaternion& q = *r.tool_orientation;
     text += fmt::format(
@@ -395,7 +399,7 @@ void watch(Client& client, const OnSignal& on_signal, double interval_s, int cou
   for (int shown = 0; count == 0 || shown < count; ++shown) {
     if (shown > 0 && on_signal.wait(interval_s)) break;
     const StatusReport report = read_status(client);
-    // Home and clear below rather than clear all: no flicker.
+    // Cursor home and clear below instead of clear all avoids flicker.
     const std::string text =
         terminal ? "\x1b[H\x1b[J" + status_text(report) + "\n(Ctrl-C ends)\n" : status_line(report);
     if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) break;

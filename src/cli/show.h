@@ -13,7 +13,7 @@ namespace corbot::cli {
 
 [[nodiscard]] StatusReport read_status(client::Client& client);
 [[nodiscard]] std::string status_text(const StatusReport& report);
-/// One line, for `watch` without a terminal.
+/// Returns one line, for `watch` without a terminal.
 [[nodiscard]] std::string status_line(const StatusReport& report);
 [[nodiscard]] std::string status_json(const StatusReport& report);
 
@@ -22,12 +22,12 @@ namespace corbot::cli {
 [[nodiscard]] std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
 [[nodiscard]] std::string diagnostics_json(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device);
 
-/// Latency below which the share `ratio` of the wake-ups lies, by the histogram; seconds. The upper edge of
-/// the bucket, so never too good; the maximum where the last, open bucket is meant.
+/// Returns the latency below which the share `ratio` of the wake-ups lies, by the histogram, in seconds. The
+/// result is the upper edge of the bucket, so it never flatters. For the last, open bucket it is the maximum.
 [[nodiscard]] double latency_quantile(const Corbot::LoopInfo& info, double ratio);
 
-/// Shows the status every `interval_s` until a signal was seen, or `count` times (0 = no end); redrawn on a
-/// terminal, else a line each.
+/// Shows the status every `interval_s` until a signal, or `count` times (0 = no end). A terminal is redrawn;
+/// other outputs get a line each time.
 void watch(client::Client& client, const client::OnSignal& on_signal, double interval_s, int count);
 
 }  // namespace corbot::cli

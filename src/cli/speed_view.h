@@ -10,7 +10,7 @@
 
 namespace corbot::cli {
 
-/// "5 %, joint 0 50 %": of the tool and of the joints whose speed is another than 100 %.
+/// Returns "5 %, joint 0 50 %": the speed of the tool, and of the joints whose speed is not 100 %.
 [[nodiscard]] inline std::string speeds_text(const StatusReport& r) {
   if (!r.speeds) return "not known: the servant is of an earlier version";
   std::string text = fmt::format("{:.6g} %", r.speeds->tool);

@@ -14,36 +14,36 @@ struct ActiveAlarm {
   std::string text;
 };
 
-/// What `status` and `watch` show, read once. Units of the CORBA interface.
+/// The content of `status` and `watch`, read once, in the units of the CORBA interface.
 struct StatusReport {
   std::string name;
   std::string address;
   Corbot::RobotState state{};
   Corbot::RobotKind kind{};
   bool paused{};               ///< until a resume
-  std::vector<double> joints;  ///< degrees; metres of one that slides
+  std::vector<double> joints;  ///< degrees; metres for a sliding joint
   struct Joint {
     std::string name;
     bool slides{};
   };
-  std::vector<Joint> joint_info;  ///< empty where the servant does not say: all turn
+  std::vector<Joint> joint_info;  ///< empty if the servant does not report them: all are rotary
   std::vector<Corbot::JointRange> ranges;
-  std::vector<Corbot::JointRange> soft_limits;  ///< as the ranges, unless they were set; empty: not known
+  std::vector<Corbot::JointRange> soft_limits;  ///< equal to the ranges unless set; empty: not known
   Corbot::CartesianCoord pose{};
   Corbot::GripperState gripper{};
   double reach_m{};
   double override_percent{};
-  std::optional<Corbot::SpeedSettings> speeds;  ///< none: a servant of an earlier version
+  std::optional<Corbot::SpeedSettings> speeds;  ///< none: an older servant
   double tool_pitch_deg{};
-  std::optional<Corbot::Quaternion> tool_orientation;  ///< that is set; none: none is
+  std::optional<Corbot::Quaternion> tool_orientation;  ///< as set; none: no orientation is set
   std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device{};
-  Corbot::ServantInfo servant{};                    ///< empty: one of an earlier version, which does not say
-  Corbot::ControlInfo control{};                    ///< the same
-  std::optional<double> cycle_age_s;                ///< of joints, tool and motion; none: the same
-  Corbot::Ticket motion{0};                         ///< under way; 0: none, or the same
+  Corbot::ServantInfo servant{};                    ///< empty: an older servant, which does not report it
+  Corbot::ControlInfo control{};                    ///< empty: an older servant
+  std::optional<double> cycle_age_s;                ///< of joints, tool and motion; none: an older servant
+  Corbot::Ticket motion{0};                         ///< under way; 0: none, or an older servant
   double progress{};                                ///< of that motion, 0 ... 1
-  std::optional<Corbot::GripperInfo> gripper_info;  ///< none: the same
+  std::optional<Corbot::GripperInfo> gripper_info;  ///< none: an older servant
 };
 
 }  // namespace corbot::cli

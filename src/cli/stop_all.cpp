@@ -26,7 +26,7 @@ using client::robots_up;
 
 namespace {
 
-/// Those that are supervised, and those whose task was started by hand.
+/// Returns the supervised robots and those whose task was started by hand.
 std::vector<std::string> robots_here() {
   std::vector<std::string> names = robots_up();
   try {
@@ -48,7 +48,7 @@ struct Stopping {
   std::string last_line{};
 };
 
-/// What it printed until it ended.
+/// Reads the output of the process until its end.
 void read_to_end(Stopping& stopping) {
   while (stopping.child.output_fd() >= 0) {
     pollfd output{stopping.child.output_fd(), POLLIN, 0};
@@ -57,7 +57,7 @@ void read_to_end(Stopping& stopping) {
   }
 }
 
-/// True when its robot has stopped.
+/// Prints the result; returns true if the robot has stopped.
 bool report(Stopping& stopping) {
   read_to_end(stopping);
   const int status = stopping.child.wait();

@@ -15,7 +15,8 @@ ArmLine arm_line(const Kinematics& arm, const Joints& q) {
     if (axis.kind == JointKind::kRotary) {
       const Vector3 point = pose.position_m + rotate(pose.orientation, axis.point_m);
       const Vector3 on_axis = point + dot(points.back() - point, direction) * direction;
-      // Next to the one before, but for a first axis through the base: its link goes up to the axis's own point.
+      // The point lies next to the previous one. A first axis through the base is an exception: its link goes
+      // up to the axis's own point.
       points.push_back(norm(on_axis - points.back()) > 1e-9 ? on_axis : point);
       line.joints.push_back({axis.kind, points.back()});
     } else {

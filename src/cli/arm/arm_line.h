@@ -7,12 +7,12 @@
 
 namespace corbot::cli {
 
-/// An arm as a line in the base frame, m: base, one point on each turning axis next to the one before, wrist
-/// or flange, tool.
+/// An arm as a line in the base frame, m. It has the base, one point on each rotary axis next to the previous
+/// one, the wrist or flange, and the tool.
 struct ArmLine {
   struct Joint {
     JointKind kind{};
-    Vector3 at_m{};  ///< a sliding joint's is where its slide begins
+    Vector3 at_m{};  ///< the beginning of the slide for a sliding joint
   };
   std::vector<Vector3> points_m{};
   std::vector<Joint> joints{};

@@ -13,7 +13,7 @@
 namespace corbot::cli {
 namespace {
 
-/// Where things are, px. The picture is as high as its panels need.
+/// Positions in the picture, px. The picture is as high as its panels need.
 struct Layout {
   double width, panel_width, panel_height, top;
   std::array<double, 2> lefts;
@@ -22,7 +22,8 @@ struct Layout {
 constexpr Layout kFull{600.0, 220.0, 280.0, 84.0, {60.0, 352.0}, 5.5, 26.0};
 constexpr Layout kThumbnail{200.0, 90.0, 100.0, 6.0, {5.0, 105.0}, 2.8, 12.0};
 
-// Colours of Okabe and Ito (2008), which the colour-blind tell apart; on a dark screen the lighter ones.
+// Colours of Okabe and Ito (2008), which colour-blind readers can distinguish. A dark screen gets the lighter
+// ones.
 constexpr const char* kStyle =
     "text{font:15px "
     "system-ui,sans-serif;fill:#333}.bold{font-weight:600}.title{font-size:20px;font-weight:600}"
@@ -40,7 +41,7 @@ constexpr const char* kThinLines =
     "text{font-size:12px}.arm{stroke-width:2.5}.halo{stroke-width:4}.reach{stroke-width:1}.joint{stroke-"
     "width:1.2}";
 
-/// The vertical plane through axis 1 in which the tool stands; of other arms that of x and z.
+/// Returns the vertical plane through axis 1 and the tool. For other arms returns the plane of x and z.
 DrawnPlane side_plane(const Workspace& space, const ArmLine& line) {
   DrawnPlane plane;
   if (!space.about_axis) return plane;
@@ -82,7 +83,7 @@ std::string legend(const ArmLine& line, double y) {
   return text;
 }
 
-/// A bar of a round length, and how long it is.
+/// Returns a bar of a round length with the length as text.
 std::string scale_bar(double px_per_m, double y) {
   const double length_m = round_length(60.0 / px_per_m);
   const double end = 6.0 + length_m * px_per_m;

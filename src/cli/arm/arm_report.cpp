@@ -17,12 +17,12 @@ namespace {
 using config::ArmDescription;
 using config::GeometryForm;
 
-/// Below this (m, rad) a joint must move a thousand times as far as its tool.
+/// Limit (m, rad) below which a joint must move a thousand times as far as its tool.
 constexpr double kNearSingular = 1e-3;
 constexpr double kSingular = 1e-6;
 
 std::string plain(double value) {
-  const double tidy = std::round(value * 1e9) / 1e9;  // no 6e-17
+  const double tidy = std::round(value * 1e9) / 1e9;  // removes rounding errors such as 6e-17
   return fmt::format("{:.6g}", tidy + 0.0);
 }
 
@@ -38,7 +38,7 @@ std::string list(const Vector3& v) {
   return fmt::format("{}, {}, {}", plain(v[0]), plain(v[1]), plain(v[2]));
 }
 
-/// What of an orientation the arm follows, and what becomes of others.
+/// Describes which part of an orientation the arm follows, and the handling of other orientations.
 std::string describe(const ArmModel& model) {
   const double limit_rad = model.orientation_error_rad;
   const std::string others = limit_rad > 0.0
@@ -62,7 +62,7 @@ std::string describe(const ArmModel& model) {
   return "no orientation: it is an output of the position";
 }
 
-/// Where arms of this family are singular.
+/// Describes the singular positions of arms of this family.
 const char* singular_places(const Kinematics& arm) {
   return arm.visit([](const auto& form) { return std::remove_cvref_t<decltype(form)>::kSingularPlaces; });
 }
@@ -117,7 +117,7 @@ std::string workspace_text(const Workspace& space) {
   return text;
 }
 
-/// Which joints move while the tool does not.
+/// Returns the names of the joints that move while the tool does not.
 std::string idle_text(const Profile& profile, const Regularity& regularity) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {

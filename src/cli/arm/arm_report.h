@@ -10,12 +10,12 @@
 
 namespace corbot::cli {
 
-/// What `corbot kinematics` prints.
+/// The content of `corbot kinematics`.
 struct ArmReport {
   const Profile& profile;
   Workspace workspace;
   PoseSolutions at;
-  std::vector<std::string> doubts;  ///< doubts.h
+  std::vector<std::string> doubts;  ///< see doubts.h
 };
 
 [[nodiscard]] std::string arm_text(const ArmReport& report);

@@ -30,7 +30,7 @@ std::string convention_doubt(const ArmDescription& given) {
                      is_standard ? "standard" : "modified", other);
 }
 
-/// A joint that turns hardly at all: its range would do in radians.
+/// Reports a joint that hardly turns: its range may be in radians.
 std::string small_range_doubt(const std::string& joint, const JointLimits& limits) {
   const double furthest_deg = to_degrees(std::max(std::abs(limits.lower_q), std::abs(limits.upper_q)));
   if (furthest_deg <= 0.0 || furthest_deg > 2.0 * std::numbers::pi) return "";
@@ -39,7 +39,7 @@ std::string small_range_doubt(const std::string& joint, const JointLimits& limit
       furthest_deg, to_degrees(furthest_deg));
 }
 
-/// The angles of a joint that look like radians.
+/// Adds the angles of a joint that look like radians.
 void add_radians(const Profile& profile, std::size_t joint, std::vector<std::string>& doubts) {
   if (profile.arm.kinematics.joint_kind(joint) != JointKind::kRotary) return;
   const DhRow& row = profile.description.table.rows[joint];
@@ -60,7 +60,7 @@ void add_radians(const Profile& profile, std::size_t joint, std::vector<std::str
   if (doubts.size() == before && !small.empty()) doubts.push_back(std::move(small));
 }
 
-/// No arm of this kind of controller is as fast as what millimetres look like.
+/// Reports speeds and accelerations that no arm of such a controller reaches: they may be in millimetres.
 std::vector<std::string> millimetre_doubts(const PathLimits& path) {
   constexpr double kFast_m_s = 10.0;
   constexpr double kFast_m_s2 = 200.0;
@@ -75,7 +75,7 @@ std::vector<std::string> millimetre_doubts(const PathLimits& path) {
   return doubts;
 }
 
-/// The longest industrial arms reach less than 5 m.
+/// Reports a reach above 5 m, which the longest industrial arms do not have.
 std::string centimetre_doubt(const ArmModel& arm) {
   constexpr double kLongest_m = 5.0;
   for (std::size_t i = 0; i < arm.dof; ++i) {
@@ -87,7 +87,7 @@ std::string centimetre_doubt(const ArmModel& arm) {
                      farthest_m / 100.0);
 }
 
-/// An arm of three joints or more reaches a volume.
+/// Reports a flat workspace: an arm of three joints or more reaches a volume.
 std::string flat_doubt(const ArmModel& arm, const Workspace& workspace) {
   if (arm.dof < 3) return "";
   for (std::size_t k = 0; k < 3; ++k) {

@@ -9,8 +9,9 @@
 
 namespace corbot::cli {
 
-/// What of a valid profile's geometry is likely to be a mistake: the wrong D-H convention, radians for degrees, millimetres for metres, a flat
-/// workspace, an arm that is singular wherever its joints are near 0. Empty for an arm that is as it should be.
+/// Returns probable mistakes in a valid profile's geometry. Examples: the wrong D-H convention, radians for
+/// degrees, millimetres for metres, a flat workspace, an arm that is singular wherever its joints are near 0.
+/// Returns an empty list if there is no doubt.
 [[nodiscard]] std::vector<std::string> doubts_of(const Profile& profile, const Workspace& workspace);
 
 }  // namespace corbot::cli

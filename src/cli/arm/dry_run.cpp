@@ -39,7 +39,7 @@ std::array<double, 3> point(const Request& request, std::size_t first) {
   return {request.numbers[first], request.numbers[first + 1], request.numbers[first + 2]};
 }
 
-/// P, and D above it.
+/// Returns P, raised by D.
 std::array<double, 3> point_above(const Request& request) {
   std::array<double, 3> above = point(request, 0);
   above[2] += request.above_m;
@@ -51,7 +51,7 @@ Quaternion orientation(std::span<const double> numbers) {
   return {q.w, q.x, q.y, q.z};
 }
 
-/// X Y Z, and an orientation where one is given.
+/// Returns X Y Z, and an orientation if one is given.
 Pose pose(const Request& request) {
   return {point(request, 0), orientation(std::span(request.numbers).subspan(3))};
 }
@@ -102,13 +102,13 @@ MotionRequest motion(const Request& request, const ArmModel& arm) {
   }
 }
 
-/// The reason of a motion's refusal, with what `run` and `move` add to it.
+/// Returns the reason of a motion's refusal with the hint that `run` and `move` add.
 std::string hinted(const PlanRefusal& refusal) {
   const auto& [x, y, z] = refusal.target_m;
   return refusal.text + (refusal.kind == PlanRefusal::Kind::kUnreachable ? client::metres_hint(x, y, z) : "");
 }
 
-/// The reason of a refusal.
+/// Returns the reason of a refusal.
 std::optional<std::string> text_of(const std::optional<PlanRefusal>& refusal) {
   return refusal ? std::optional(refusal->text) : std::nullopt;
 }
@@ -171,7 +171,7 @@ std::optional<std::string> DryRun::set(const Request& request) {
     case Verb::kFrames:
       return set_frame(request);
     default:
-      return std::nullopt;  // an override, which the plan does not depend on
+      return std::nullopt;  // an override, on which the plan does not depend
   }
 }
 
@@ -205,7 +205,7 @@ std::optional<std::string> DryRun::set_orientation(const Request& request) {
   return text_of(refusal);
 }
 
-/// As the client does: of one joint, and the others keep theirs.
+/// Sets the limits of one joint, like the client; the other joints keep theirs.
 std::optional<std::string> DryRun::set_limit(const Request& request) {
   if (request.reset) {
     settings_.soft_limits.reset();

@@ -12,26 +12,28 @@
 
 namespace corbot::cli {
 
-/// Plans one command after the other as the servant does, without any process. The arm begins with all joints at 0 or where begin_at() says,
-/// with the profile's settings.
+/// Plans commands one after the other like the servant, without any process. The arm begins with all joints
+/// at 0 or at begin_at(), with the profile's settings.
 class DryRun {
  public:
-  /// Throws Failure where the profile cannot be read.
+  /// Throws Failure if the profile cannot be read.
   explicit DryRun(const std::string& profile);
   explicit DryRun(Profile profile);
 
-  /// Before the first command. Shown units, one for each joint; throws Failure where there are more or fewer.
+  /// Sets the start, before the first command, in shown units, one for each joint. Throws Failure for a wrong
+  /// number of values.
   void begin_at(std::span<const double> joints);
-  /// Where the first command begins, for people.
+  /// Describes the start of the first command for a person.
   [[nodiscard]] const std::string& begins() const noexcept { return begins_; }
 
   [[nodiscard]] const std::string& robot() const noexcept { return profile_.name; }
   [[nodiscard]] const Profile& profile() const noexcept { return profile_; }
-  /// Of the motions that are carried out, in their order.
+  /// Returns the plans of the accepted motions, in order.
   [[nodiscard]] const std::vector<PlanResult>& plans() const noexcept { return plans_; }
-  /// Why the robot would refuse the command. Nothing: it is carried out, or set for those that follow.
+  /// Returns why the robot would refuse the command. Returns nothing if the dry run has carried it out or has
+  /// stored its setting.
   [[nodiscard]] std::optional<std::string> refusal_of(const client::Request& given);
-  /// Of the last command, see plan_text(). Empty: it was refused, or is no motion.
+  /// Returns the plan of the last command, see plan_text(). Empty if it was refused or is no motion.
   [[nodiscard]] std::string plan() const;
 
  private:
@@ -48,7 +50,7 @@ class DryRun {
   PlanStart start_;
   std::string begins_{"all joints at 0"};
   std::vector<PlanResult> plans_;
-  PlanResult plan_;      ///< of the last command; no commands where there is none
+  PlanResult plan_;      ///< of the last command; empty if it has no plan
   client::Verb verb_{};  ///< of the last command
 };
 

@@ -59,7 +59,8 @@ Joints joints_of(const ArmModel& arm, const std::string& text) {
   return q;
 }
 
-/// The pose that is asked for; without a quaternion with the orientation of `at`.
+/// Returns the solutions at the requested pose. A pose without a quaternion has the orientation at the joints
+/// `at`.
 PoseSolutions solutions_of(const ArmModel& arm, const std::string& text, const Joints& at) {
   Pose pose = arm.kinematics.forward(at);
   if (text.empty()) return solutions_at(arm, pose, true, at);

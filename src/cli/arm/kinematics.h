@@ -7,14 +7,14 @@ namespace corbot::cli {
 
 struct KinematicsOptions {
   std::string profile{};
-  std::string pose{};    ///< "x,y,z" or "x,y,z,qw,qx,qy,qz"; empty: that of the joints
-  std::string joints{};  ///< one number a joint, degrees or m; empty: all 0
+  std::string pose{};    ///< "x,y,z" or "x,y,z,qw,qx,qy,qz"; empty: the pose of `joints`
+  std::string joints{};  ///< one number for each joint, degrees or m; empty: all 0
   bool json{false};
   std::string svg{};      ///< file for the picture; empty: none
   bool thumbnail{false};  ///< the picture is small, for a table
 };
 
-/// `corbot kinematics`. Throws Failure.
+/// Runs `corbot kinematics`. Throws Failure.
 void kinematics(const KinematicsOptions& options);
 
 struct ExportOptions {
@@ -22,7 +22,7 @@ struct ExportOptions {
   std::string output{};  ///< file; empty: standard output
 };
 
-/// `corbot export --urdf`. Throws Failure.
+/// Runs `corbot export --urdf`. Throws Failure.
 void export_urdf(const ExportOptions& options);
 
 }  // namespace corbot::cli

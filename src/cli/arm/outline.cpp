@@ -9,15 +9,15 @@
 namespace corbot::cli {
 namespace {
 
-constexpr double kTolerance_cells = 0.3;  // what a left out point may be off
+constexpr double kTolerance_cells = 0.3;  // largest error by an omitted point
 constexpr std::array<std::array<int, 2>, 4> kSteps{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
 
-/// Walks along the edges of marked cells, which are on the left, each edge once.
+/// Walks along the edges of marked cells, which are on the left, and visits each edge once.
 class Walk {
  public:
   explicit Walk(const ReachRegion& region) : region_(region), walked_(region.columns * region.rows, 0) {}
 
-  /// The middles of the edges from the lower edge of this cell on, in cells.
+  /// Returns the middles of the edges, in cells, from the lower edge of this cell on.
   Outline from(std::size_t column, std::size_t row) {
     Outline line;
     std::size_t direction = 0;
@@ -28,8 +28,8 @@ class Walk {
       line.push_back({static_cast<double>(x) + 0.5 * right, static_cast<double>(y) + 0.5 * up});
       x += right;
       y += up;
-      // To the left where that is an edge, else ahead, else to the right: cells that touch by a corner are
-      // apart.
+      // The walk turns left if that is an edge, else it goes ahead, else right. Cells that touch only at a
+      // corner stay separate.
       for (const std::size_t turn : {1U, 0U, 3U}) {
         const std::size_t next = (direction + turn) % 4;
         if (!is_edge(x, y, next)) continue;
@@ -56,7 +56,7 @@ class Walk {
   [[nodiscard]] bool marked(long column, long row) const {
     return region_.at(static_cast<std::size_t>(column), static_cast<std::size_t>(row));
   }
-  /// From this corner in a direction: marked on the left and empty on the right.
+  /// Returns true for an edge from this corner in this direction: marked on the left and empty on the right.
   [[nodiscard]] bool is_edge(long x, long y, std::size_t direction) const {
     constexpr std::array<std::array<int, 2>, 4> kLeft{{{0, 0}, {-1, 0}, {-1, -1}, {0, -1}}};
     const auto& left = kLeft[direction];
@@ -65,10 +65,11 @@ class Walk {
   }
 
   const ReachRegion& region_;
-  std::vector<char> walked_;  // a bit a direction of the edges that leave the lower left corner of each cell
+  // one bit for each direction of the edges from the lower left corner of each cell
+  std::vector<char> walked_;
 };
 
-/// Each point the mean of nine: no stairs are left.
+/// Replaces each point by the mean of nine, which removes the stairs.
 Outline smoothed(const Outline& line) {
   const std::size_t count = line.size();
   if (count < 20) return line;

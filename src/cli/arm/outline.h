@@ -10,8 +10,8 @@ namespace corbot::cli {
 /// A closed line, m; its last point joins the first.
 using Outline = std::vector<PlanePoint>;
 
-/// The border of the marked cells: one line around each part, one around each hole. The lines are smooth,
-/// within about a cell of the border.
+/// Returns the border of the marked cells: one line around each part and one around each hole. The lines are
+/// smooth and within about a cell of the border.
 [[nodiscard]] std::vector<Outline> outlines_of(const ReachRegion& region);
 
 }  // namespace corbot::cli

@@ -9,11 +9,11 @@
 namespace corbot::cli {
 namespace {
 
-constexpr double kCorner_cos = 0.94;  // between a tangent and its chord; less is a corner
-constexpr double kMargin = 0.06;      // of the larger side: room for the foot and for symbols
-constexpr double kNumbers_px = 44.0;  // the least distance between two numbered lines
+constexpr double kCorner_cos = 0.94;  // between a tangent and its chord; a smaller one is a corner
+constexpr double kMargin = 0.06;      // of the larger side: space for the foot and for symbols
+constexpr double kNumbers_px = 44.0;  // least distance between two numbered lines
 
-/// The multiples of step within the range.
+/// Returns the multiples of `step` within the range.
 std::vector<double> multiples(double low, double high, double step) {
   std::vector<double> found;
   const auto end = static_cast<long>(std::floor(high / step + 1e-9));
@@ -26,14 +26,14 @@ double distance(const PlanePoint& from, const PlanePoint& to) {
   return std::hypot(to[0] - from[0], to[1] - from[1]);
 }
 
-/// Of length 1.
+/// Returns the direction, of length 1.
 PlanePoint direction(const PlanePoint& from, const PlanePoint& to) {
   const double length = std::max(distance(from, to), 1e-9);
   return {(to[0] - from[0]) / length, (to[1] - from[1]) / length};
 }
 
-/// A closed path of Bezier curves; its tangent at a point is parallel to the chord of its neighbours, unless
-/// it has a corner there.
+/// Returns a closed path of Bezier curves. The tangent at a point is parallel to the chord of its neighbours,
+/// unless the point is a corner.
 std::string curve_through(const Outline& points) {
   const std::size_t count = points.size();
   std::string path = fmt::format("M{:.1f} {:.1f}", points[0][0], points[0][1]);
@@ -46,7 +46,7 @@ std::string curve_through(const Outline& points) {
     };
     const PlanePoint start = tangent(at(0), at(2));
     const PlanePoint end = tangent(at(1), at(3));
-    // No longer than the shorter neighbour asks for, or a long straight line would bulge.
+    // The handle is no longer than the shorter neighbour allows, or a long straight line would bulge.
     const double first = std::min(distance(at(0), at(1)), distance(at(1), at(2))) / 3.0;
     const double second = std::min(distance(at(1), at(2)), distance(at(2), at(3))) / 3.0;
     path += fmt::format("C{:.1f} {:.1f} {:.1f} {:.1f} {:.1f} {:.1f}", at(1)[0] + first * start[0],

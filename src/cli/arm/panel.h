@@ -9,23 +9,23 @@
 
 namespace corbot::cli {
 
-/// One view of the arm, as parts of an SVG. Lengths are px unless they say m.
+/// One view of the arm, as parts of an SVG. Lengths are in px, or in m if the name says so.
 class Panel {
  public:
   Panel(const DrawnPlane& plane, const ReachRegion& reach, const ArmLine& arm);
 
   [[nodiscard]] double width_m() const { return high_m_[0] - low_m_[0]; }
   [[nodiscard]] double height_m() const { return high_m_[1] - low_m_[1]; }
-  /// Where the upper left corner is, and the scale.
+  /// Sets the upper left corner and the scale.
   void place(double left, double top, double px_per_m);
 
   [[nodiscard]] double left() const { return left_; }
   [[nodiscard]] double right() const { return x(high_m_[0]); }
   [[nodiscard]] double bottom() const { return y(low_m_[1]); }
-  /// Lines at round numbers, with their numbers.
+  /// Draws lines at round numbers, with the numbers.
   [[nodiscard]] std::string grid() const;
   [[nodiscard]] std::string reach() const;
-  /// A foot below the base; only from the side.
+  /// Draws a foot below the base, for the view from the side only.
   [[nodiscard]] std::string foot(double width) const;
   [[nodiscard]] std::string arm(double joint_radius) const;
 
@@ -40,11 +40,11 @@ class Panel {
   double left_{}, top_{}, px_per_m_{1.0};
 };
 
-/// The symbols of joints and tool, also for a legend.
+/// Draw the symbols of joints and tool, also for a legend.
 [[nodiscard]] std::string joint_symbol(JointKind kind, double x, double y, double radius);
 [[nodiscard]] std::string tool_symbol(double x, double y, double radius);
 
-/// 1, 2 or 5 times a power of ten, at most this long.
+/// Returns 1, 2 or 5 times a power of ten, at most this long.
 [[nodiscard]] double round_length(double most_m);
 
 }  // namespace corbot::cli

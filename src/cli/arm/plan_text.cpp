@@ -11,7 +11,7 @@
 namespace corbot::cli {
 namespace {
 
-constexpr double kNear = 0.02;         // a pivot: next to this the task does not compare solutions
+constexpr double kNear = 0.02;         // a pivot: nearer than this the task does not compare solutions
 constexpr double kWorthSaying = 0.05;  // part of the time
 constexpr double kMet = 0.9;           // a share at which a limit counts as met
 
@@ -22,14 +22,14 @@ std::string name_of(const rate::Reason& reason) {
   return fmt::format("tool {}{}", reason.mover == rate::Mover::kToolTurn ? "turning " : "", limit);
 }
 
-/// What limits the part, and when.
+/// Describes the limits of the part and their times.
 std::string limits_text(const rate::PlanPart& part, client::Verb verb) {
   if (!part.moves_arm || part.duration_s <= 0.0) return "";
   struct Shown {
     std::string name;
     double begin_s, end_s;
   };
-  std::vector<Shown> shown;  // equal ones around what is too short to name are one
+  std::vector<Shown> shown;  // equal limits around a stretch that is too short to name are merged
   bool follows_met = false;
   for (const rate::ReasonStretch& stretch : part.stretches) {
     if (stretch.end_s - stretch.begin_s < kWorthSaying * part.duration_s) continue;
@@ -40,8 +40,8 @@ std::string limits_text(const rate::PlanPart& part, client::Verb verb) {
     follows_met = is_met;
   }
   if (shown.empty()) return verb == client::Verb::kDrive ? "; the wanted speed" : "; the wanted time";
-  const bool is_whole =
-      shown.size() == 1 && shown[0].begin_s == 0.0 && shown[0].end_s == part.duration_s;  // it needs no times
+  // it needs no times
+  const bool is_whole = shown.size() == 1 && shown[0].begin_s == 0.0 && shown[0].end_s == part.duration_s;
   if (is_whole) return "; " + shown[0].name;
   std::string text;
   for (const Shown& one : shown)

@@ -10,11 +10,11 @@
 
 namespace corbot::cli {
 
-/// The parts of a plan that a robot has made.
+/// Converts the parts of a plan that a robot has made.
 [[nodiscard]] std::vector<rate::PlanPart> parts_of(const Corbot::PlanInfo& plan);
 
-/// One or two lines for each part of a plan: its time, the limits that it meets, and a singularity that is near.
-/// `verb` asked for it, with a time or a speed where no limit is met.
+/// Returns one or two lines for each part of a plan: its time, the limits that it reaches, and a nearby
+/// singularity. If it reaches no limit, `verb` says whether a time or a speed was requested.
 [[nodiscard]] std::string plan_text(const std::vector<rate::PlanPart>& parts, client::Verb verb);
 
 }  // namespace corbot::cli

@@ -8,7 +8,7 @@ namespace corbot::cli {
 Regularity regularity_at(const Kinematics& arm, const Joints& q) {
   const Jacobian jacobian = arm.jacobian(q);
   const FollowedAngles followed = arm.followed();
-  // An arm of fewer than six joints without a closed form is taken as it is: all that its tool does counts.
+  // For an arm of fewer than six joints without a closed form, all six components of the tool's motion count.
   const bool by_angles = arm.follows() != Follows::kFull && 3 + followed.count == arm.joint_count();
   const auto columns = static_cast<Eigen::Index>(arm.joint_count());
   const Eigen::Index rows = by_angles ? columns : 6;

@@ -5,8 +5,9 @@
 
 namespace corbot::cli {
 
-/// The smallest singular value of the Jacobian (m and rad a unit of the joints) of what the arm follows, 0 at a singularity; and the
-/// joint speeds, of length 1, that move the tool least.
+/// Distance of the arm from a singularity. `smallest` is the smallest singular value of the Jacobian of the
+/// followed coordinates, 0 at a singularity. Its unit is m and rad per unit of the joints. `idle_q_s` is the
+/// vector of joint speeds, of length 1, that moves the tool least.
 struct Regularity {
   double smallest{};
   Joints idle_q_s{};

@@ -15,10 +15,10 @@ namespace corbot::cli {
 namespace {
 
 constexpr double kSameRange_q = 1e-9;
-/// An orientation is met within this.
+/// Tolerance of an orientation.
 constexpr double kSameOrientation_rad = 1e-6;
 
-/// The joint at its turn within its range, where it has one.
+/// Returns the joint at the turn within its range, if there is one.
 std::optional<Joints> within_range(const ArmModel& arm, std::size_t joint, const Joints& joints_q,
                                    const Joints& hint_q) {
   Joints lower_q, upper_q;

@@ -34,7 +34,7 @@ std::string read_text(const std::string& file) {
   return text.str();
 }
 
-/// Before the signals have nobody who takes them.
+/// Closes the servos before the signal handler goes away.
 class Closing {
  public:
   explicit Closing(ServoPositioner& servos) : servos_(servos) {}

@@ -3,7 +3,7 @@
 
 namespace corbot::cli {
 
-/// The text of `help` in `corbot calibrate`.
+/// Returns the text of `help` in `corbot calibrate`.
 [[nodiscard]] const char* calibrate_help();
 
 }  // namespace corbot::cli

@@ -36,7 +36,7 @@ std::vector<std::string> words_of(const std::string& line) {
   for (std::size_t i = 0; i < line.size(); ++i) {
     if (line[i] == '#') break;
     spaced += line[i];
-    // "+10" and "-1" as well as "+ 10" and "- 1".
+    // accepts "+10" and "-1" like "+ 10" and "- 1"
     if ((line[i] == '+' || line[i] == '-') && spaced.find_first_not_of(" \t\r") == spaced.size() - 1)
       spaced += ' ';
   }
@@ -46,7 +46,7 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
-/// Throws std::runtime_error unless the edited text describes what was calibrated.
+/// Throws std::runtime_error unless the edited text describes the calibration.
 void check(const Profile& before, const std::string& text, const Calibration& calibration) {
   const Profile now = parse_profile(text, before.file);
   constexpr double kTolerance = 1e-6;
@@ -269,7 +269,7 @@ void CalibrateSession::write() {
     replace_file(file, setting_.text, text);
     written_ = true;
     remember_written(edits);
-    // A task that was killed has left pulses of the old servo map: no servant is to be waited for that has them.
+    // A task that was killed has left pulses of the old servo map: no servant may wait for a task with these.
     remove_left_behind(setting_.name);
     (void)load_profile(setting_.profile.file);
     fmt::print(
@@ -286,7 +286,7 @@ void CalibrateSession::remember_written(const std::vector<NumberEdit>& edits) {
 }
 
 std::string CalibrateSession::unwritten() const {
-  std::set<std::string> servos;  // "joint[2]", "gripper"
+  std::set<std::string> servos;  // names such as "joint[2]", "gripper"
   for (const NumberEdit& edit : calibration_.edits()) {
     const auto kept = written_edits_.find(edit.path);
     if (kept == written_edits_.end() || kept->second != edit.value)

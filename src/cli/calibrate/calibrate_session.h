@@ -11,8 +11,8 @@
 
 namespace corbot::cli {
 
-/// The commands of `corbot calibrate`, one a line. At a terminal, a wrong command prints an error and changes
-/// nothing; from a pipe it ends the session.
+/// The commands of `corbot calibrate`, one per line. At a terminal, a wrong command prints an error and
+/// changes nothing; from a pipe it ends the session.
 class CalibrateSession {
  public:
   struct Setting {
@@ -26,18 +26,19 @@ class CalibrateSession {
   CalibrateSession(const Setting& setting, ServoPositioner& servos);
 
   void print_introduction();
-  /// Throws Failure when the device is lost, and where it is no terminal at a line that is refused.
+  /// Executes a line. Throws Failure if the device is lost. Without a terminal, also throws Failure for a
+  /// refused line.
   void run(const std::string& line);
   [[nodiscard]] bool done() const noexcept { return done_; }
   /// Reports the joints that were marked and not written, unless `quit` has done so.
   void report_unwritten() const;
-  /// What would be lost by ending now, to be appended to a message: "; nothing is written".
+  /// Returns the loss on ending now, as an appendix to a message: "; nothing is written".
   [[nodiscard]] std::string unwritten_note() const;
 
  private:
   using Words = std::vector<std::string>;
   void execute(const Words& words);
-  /// `on`: asks for `yes` first where it takes the servos to stored angles.
+  /// Runs `on`: first requests `yes` if it would move the servos to stored angles.
   void begin_to_switch_on();
   void switch_on();
   void choose(const Words& words);
@@ -49,14 +50,14 @@ class CalibrateSession {
   void remember_written(const std::vector<NumberEdit>& edits);
   void quit();
   [[noreturn]] void fail_lost_device();
-  /// "2 joints were marked and not written"; empty: none.
+  /// Returns "2 joints were marked and not written", or "" if there are none.
   [[nodiscard]] std::string unwritten() const;
   void print_position();
-  /// "base 0.0 degrees, gripper 1900 us": where the servos are by their pulses.
+  /// Returns the positions by the pulses: "base 0.0 degrees, gripper 1900 us".
   [[nodiscard]] std::string positions() const;
   void print_log();
   void require_pulses() const;  ///< throws std::invalid_argument before `on`
-  /// The number that is the only argument; throws std::invalid_argument.
+  /// Returns the only argument as a number; throws std::invalid_argument.
   static double number(const Words& words);
   [[nodiscard]] std::size_t chosen() const;
   [[nodiscard]] std::size_t gripper() const { return calibration_.joints(); }
@@ -66,11 +67,11 @@ class CalibrateSession {
   ServoPositioner& servos_;
   Calibration calibration_;
   std::optional<std::size_t> servo_;
-  std::map<std::string, double> written_edits_;  ///< by their paths
+  std::map<std::string, double> written_edits_;  ///< by path
   std::size_t line_{0};
-  std::string lost_text_;   ///< the device's last report that it is lost, printable
-  bool awaits_yes_{false};  ///< `on` has asked
-  bool quit_once_{false};   ///< `quit` has warned of what is not written
+  std::string lost_text_;   ///< the device's last report of its loss, printable
+  bool awaits_yes_{false};  ///< `on` has requested `yes`
+  bool quit_once_{false};   ///< `quit` has warned of unwritten marks
   bool done_{false};
   bool written_{false};
 };

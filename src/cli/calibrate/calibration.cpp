@@ -16,23 +16,23 @@ namespace {
 constexpr double kLeastPulse_us = 50.0;
 constexpr double kRounding_us = 1e-6;
 constexpr double kRounding = 1e-6;  // of a value that was computed from a pulse
-/// Hobby servos have about 10 us a degree; gears and linkages change that, within these bounds.
+/// Hobby servos have about 10 us per degree; gears and linkages change that within these bounds.
 constexpr MarkUnit kDegrees{
     "degrees", "degree", "us_per_degree", "range_deg", 1.0, kRadiansPerDegree, 10.0, 90.0, 2.0, 60.0, 180.0};
-/// By a rack, a screw or a crank: the 2000 us of a servo are 10 mm to 4 m.
+/// Sliding joints use a rack, a screw or a crank: the 2000 us of a servo are 10 mm to 4 m.
 constexpr MarkUnit kMillimetres{"mm", "mm", "us_per_mm", "range_m", 1000.0,  1e-3,
                                 5.0,  50.0, 0.5,         200.0,     10'000.0};
 
 double rounded(double value, double steps) { return std::round(value * steps) / steps; }
 
-/// Inwards, so that the end can be reached.
+/// Rounds inwards, so that the joint can reach the end.
 double rounded_end(double value, bool upper) {
   constexpr double kSteps = 10.0;
   return (upper ? std::floor(value * kSteps + kRounding) : std::ceil(value * kSteps - kRounding)) / kSteps +
          0.0;
 }
 
-/// As the profile has it.
+/// Converts to the unit of the profile.
 double in_profile(const MarkUnit& unit, double value) { return rounded(value / unit.range_key_units, 1e9); }
 
 }  // namespace
@@ -56,7 +56,8 @@ LineResult line_through(const Mark& a, const Mark& b, const MarkUnit& unit) {
   ServoLine line;
   line.direction = slope > 0.0 ? 1 : -1;
   line.us_per_unit = rounded(std::abs(slope), 1e3);
-  // Through the middle of both, so that the rounding error of the scale is equal at either.
+  // The line goes through the middle of both marks, so that the rounding error of the scale is equal at
+  // either.
   const double middle = 0.5 * (a.value + b.value);
   line.zero_us = rounded(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_unit * middle, 1e2);
   if (line.us_per_unit < unit.scale_min || line.us_per_unit > unit.scale_max) {

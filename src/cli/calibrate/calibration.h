@@ -11,27 +11,29 @@
 
 namespace corbot::cli {
 
-/// In what a joint is measured, and what is plausible: degrees where it turns, millimetres where it slides.
+/// The unit of a joint's measurements and its plausible values: degrees for a rotary joint, millimetres for a
+/// sliding one.
 struct MarkUnit {
   const char* name;        ///< "degrees", "mm"
   const char* one;         ///< "degree", "mm"
-  const char* scale_key;   ///< of the profile, microseconds a unit
-  const char* range_key;   ///< of the profile, degrees or metres
-  double range_key_units;  ///< units in one of range_key
+  const char* scale_key;   ///< key in the profile, microseconds per unit
+  const char* range_key;   ///< key in the profile, degrees or metres
+  double range_key_units;  ///< units in one unit of range_key
   double q_per_unit;       ///< rad or m
-  double least, better;    ///< marks that are closer turn the error of reading one into an error of the scale
+  /// least and better distance of two marks: a small one turns a reading error into a scale error
+  double least, better;
   double scale_min, scale_max;
   double widest;
 };
 [[nodiscard]] const MarkUnit& unit_of(JointKind kind) noexcept;
 
-/// A pulse and the joint's value that was measured at it, in the joint's MarkUnit.
+/// A pulse and the joint's value measured at it, in the joint's MarkUnit.
 struct Mark {
   double value{};
   double pulse_us{};
 };
 
-/// pulse = zero_us + direction * us_per_unit * value, as in a profile.
+/// The map pulse = zero_us + direction * us_per_unit * value, like in a profile.
 struct ServoLine {
   double zero_us{};
   double us_per_unit{};
@@ -43,7 +45,7 @@ struct ServoLine {
   }
 };
 
-/// The line through two marks, rounded to 0.01 us and 0.001 us a unit; or the reason why there is none.
+/// The line through two marks, rounded to 0.01 us and 0.001 us per unit, or the reason why there is none.
 struct LineResult {
   std::optional<ServoLine> line;
   std::string fault;
@@ -56,25 +58,25 @@ class Calibration {
   explicit Calibration(const Profile& profile);
 
   [[nodiscard]] std::size_t joints() const noexcept { return joints_.size(); }
-  /// By the marks: two give a line, one moves its zero only, none leaves it as the profile has it.
+  /// Returns the line by the marks. Two marks give a line, one moves only its zero, none leaves the profile's
+  /// line.
   [[nodiscard]] ServoLine line(std::size_t joint) const;
-  /// In this are marks, and range().
+  /// Returns the unit of the marks and of range().
   [[nodiscard]] const MarkUnit& unit(std::size_t joint) const { return *joints_[joint].unit; }
   [[nodiscard]] std::array<double, 2> range(std::size_t joint) const;
   [[nodiscard]] double gripper_us(bool open) const { return open ? open_us_ : closed_us_; }
 
-  /// Takes a mark beside the last one of another value. Returns the fault; empty: none.
+  /// Takes a mark in addition to the last one of another value. Returns the fault, or "".
   [[nodiscard]] std::string mark(std::size_t joint, const Mark& mark);
-  /// An end of the joint's range: where a pulse brings it. Returns the fault;
-  /// empty: none.
+  /// Sets an end of the joint's range to the value at a pulse. Returns the fault, or "".
   [[nodiscard]] std::string limit(std::size_t joint, bool upper, double pulse_us);
   void mark_gripper(bool open, double pulse_us);
-  /// Undoes the last of these; false when there is none.
+  /// Undoes the last of these; returns false if there is none.
   bool undo();
 
-  /// The ends of ranges that the servo cannot reach, and other reasons against writing it; empty: none.
+  /// Returns the ends of ranges that the servo cannot reach, and other reasons not to write the calibration.
   [[nodiscard]] std::vector<std::string> faults() const;
-  /// The numbers that differ from the profile's.
+  /// Returns the numbers that differ from the profile's.
   [[nodiscard]] std::vector<NumberEdit> edits() const;
   [[nodiscard]] std::string text(std::size_t joint) const;
 
@@ -82,7 +84,7 @@ class Calibration {
   struct Joint {
     std::string name;
     const MarkUnit* unit{};
-    ServoLine line;  ///< the profile's
+    ServoLine line;  ///< in the profile
     std::array<double, 2> range{};
     std::array<double, 2> pulse_range_us{};
     std::vector<Mark> marks;  ///< at most two

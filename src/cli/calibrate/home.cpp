@@ -97,7 +97,7 @@ void print_introduction(const Profile& profile, const std::vector<std::size_t>& 
       "KEEP CLEAR. 'on' begins, Ctrl-C halts and takes the voltage off, 'quit' ends without a motion.\n");
 }
 
-/// False: nothing is to be moved.
+/// Returns false if nothing may move.
 bool is_begun(const std::atomic<bool>& end) {
   const bool terminal = ::isatty(STDIN_FILENO) == 1;
   InputLines lines(end);
@@ -111,7 +111,7 @@ bool is_begun(const std::atomic<bool>& end) {
   }
 }
 
-/// The drives, and what may stop them.
+/// The drives, and the lines that may stop them.
 class Homing {
  public:
   Homing(const Profile& profile, const std::atomic<bool>& end)
@@ -119,14 +119,15 @@ class Homing {
         end_(end),
         drives_(rt::cia402_settings(profile)),
         safety_(rt::safety_settings(profile), rt::kernel_gpio(), stop_, [this] {
-          // A drive that is homed awaits no set-points: that this process runs is what a watchdog output can tell.
+          // A drive during homing expects no set-points. A watchdog output can therefore only show that this
+          // process runs.
           rt::CycleView view;
           view.cycle = ++looks_;
           view.in_error = view.power_off = stop_.presses() != 0;
           return view;
         }) {}
   ~Homing() {
-    drives_.stop();  // but for what has been left
+    drives_.stop();  // except the drives that have been left
     safety_.stop();
   }
   Homing(const Homing&) = delete;
@@ -165,7 +166,7 @@ class Homing {
       drives_.leave();
     }
   }
-  /// Nothing keeps its energy of what has not come to a proper end.
+  /// Ends the command and removes the voltage from all drives whose homing has not ended properly.
   [[noreturn]] void end_early(const std::string& result) {
     drives_.relax();
     const bool is_pressed = stop_.presses() != 0;

@@ -12,7 +12,8 @@ struct HomeOptions {
   std::string name;                 ///< empty: the profile's
 };
 
-/// Homes the drives of an arm that is not up, one after the other, once a person has typed 'on'. Throws Failure.
+/// Homes the drives of an arm that is not up, one after the other, when a person has typed 'on'. Throws
+/// Failure.
 void home(const HomeOptions& options);
 
 }  // namespace corbot::cli

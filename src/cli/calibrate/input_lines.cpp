@@ -15,7 +15,7 @@ constexpr std::size_t kLongest = 1u << 16;
 
 std::optional<std::string> InputLines::next() {
   for (;;) {
-    if (end_) return std::nullopt;  // whatever was typed before it
+    if (end_) return std::nullopt;  // even if a line was typed before
     if (const auto at = text_.find('\n'); at != std::string::npos) {
       std::string line = text_.substr(0, at);
       text_.erase(0, at + 1);

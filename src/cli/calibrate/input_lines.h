@@ -7,7 +7,7 @@
 
 namespace corbot::cli {
 
-/// Standard input, a line at a time; nothing at its end, or once `end` is set.
+/// Reads standard input line by line. Returns nothing at its end, or when `end` is set.
 class InputLines {
  public:
   explicit InputLines(const std::atomic<bool>& end) : end_(end) {}

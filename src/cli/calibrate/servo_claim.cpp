@@ -21,7 +21,8 @@ StateLock claim_servos(const std::string& name) {
     throw Failure(ExitCode::kInternal,
                   fmt::format("'{}' is up: end it first, with 'corbot down --name {}'", name, name));
   }
-  // Two programs must not drive the same servos. It may listen in another run directory: then it is found by what it has open.
+  // Two programs must not drive the same servos. A task that listens in another run directory is found by its
+  // open files.
   if (task_runs(name) || !find_robot_processes(name).empty()) {
     throw Failure(ExitCode::kInternal,
                   fmt::format("the real-time task of {} is running and holds the servos: end it first, with "
@@ -33,7 +34,8 @@ StateLock claim_servos(const std::string& name) {
 
 namespace {
 
-/// 'corbot up' refuses drives that are not homed, so that a hold could not be cleared before they are.
+/// Explains how to end a hold. 'corbot up' refuses drives that are not homed, so a hold could not be cleared
+/// before homing.
 std::string how_to_clear(const Profile& profile, const std::string& name, const std::string& file) {
   if (profile.backend.kind == "socketcan")
     return fmt::format("Keep clear, and delete {}, which forgets hold and Error", file);

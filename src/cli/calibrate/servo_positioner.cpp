@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kStep{20};  // a servo's own frame
+constexpr std::chrono::milliseconds kStep{20};  // period of a servo's frames
 constexpr double kGripperLowest_us = 500.0;
 constexpr double kGripperHighest_us = 2500.0;
 
@@ -29,7 +29,7 @@ ServoPositioner::ServoPositioner(const Profile& profile, const std::atomic<bool>
       end_(end),
       backend_(rt::make_backend(profile, stop_)),
       safety_(rt::safety_settings(profile), rt::kernel_gpio(), stop_, [this] {
-        // There is no cycle: with a stop the arm is at rest at once, and only the device's thread can stand still.
+        // There is no cycle: on a stop the arm is at rest at once, and only the device's thread can stall.
         return rt::CycleView{.cycle = ++looks_,
                              .in_error = is_stopped(),
                              .power_off = is_stopped(),

@@ -27,7 +27,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kReply_s = 10;  // of a robot elsewhere
+constexpr double kReply_s = 10;  // of a robot that runs elsewhere
 
 Profile parsed_profile(const CellConfig& cell, const CellRobot& robot) {
   try {
@@ -37,13 +37,14 @@ Profile parsed_profile(const CellConfig& cell, const CellRobot& robot) {
   }
 }
 
-/// Where the foot of a piece may be, world, and how a person finds the spot at its place.
+/// A possible position of a piece's foot, world frame, and a description of it for a person.
 struct Spot {
   std::string name;
   Vector3d foot_m;
 };
 
-/// Every slot; of an area the outermost spots at which a piece stands on it whole, those halfway, and the middle.
+/// Returns every slot. For an area returns the outermost spots at which a whole piece fits, those halfway,
+/// and the middle.
 std::vector<Spot> spots_of(const Place& place, const Kind& kind) {
   std::vector<Spot> spots;
   if (place.slots) {
@@ -61,7 +62,7 @@ std::vector<Spot> spots_of(const Place& place, const Kind& kind) {
   return spots;
 }
 
-/// Plans for one robot, and collects what is refused.
+/// Plans for one robot, and collects the refusals.
 class ReachPlans {
  public:
   ReachPlans(const CellConfig& cell, const CellRobot& robot) : cell_(cell), robot_(robot) {
@@ -96,11 +97,11 @@ class ReachPlans {
     }
   }
 
-  /// The way of a worker to a grasp. The way back is the same line, and a free motion.
+  /// Checks a worker's path to a grasp. The return path is the same line and a free motion.
   void check(const std::string& key, const Vector3d& grasp_m) {
     result_.points += 2;
     std::optional<DryRun> robot = waiting_;
-    if (elsewhere_) {  // the line would begin above the grasp, and the robot does not stand there
+    if (elsewhere_) {  // the line would begin above the grasp, but the robot is elsewhere
       (void)plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m});
       (void)plans(robot, key, {"a motion to the grasp", Verb::kMove, grasp_m});
     } else if (plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m})) {
@@ -109,7 +110,7 @@ class ReachPlans {
     }
   }
 
-  /// Why the robot elsewhere refuses; nothing: it does not.
+  /// Returns why the robot elsewhere refuses, or nothing if it does not.
   std::optional<std::string> refusal_elsewhere(const Request& request) {
     try {
       (void)elsewhere_->plan(request);
@@ -120,7 +121,7 @@ class ReachPlans {
     }
   }
 
-  /// `robot`: nothing where the robot is elsewhere.
+  /// `robot` is empty for a robot elsewhere.
   bool plans(std::optional<DryRun>& robot, const std::string& key, const Motion& motion) {
     const Vector3d& to = motion.point_m;
     const Request request{.verb = motion.verb,
@@ -135,8 +136,8 @@ class ReachPlans {
   const CellConfig& cell_;
   const CellRobot& robot_;
   std::optional<DryRun>
-      waiting_;  ///< with the arm at its wait pose, or where all joints are 0 if that is refused
-  std::optional<client::Client> elsewhere_;  ///< if there is no profile
+      waiting_;  ///< with the arm at its wait pose, or with all joints at 0 if that pose is refused
+  std::optional<client::Client> elsewhere_;  ///< used if there is no profile
   ReachCheck result_;
 };
 
@@ -148,7 +149,7 @@ ReachCheck check_reach(const CellConfig& cell, const CellRobot& robot) {
 
 namespace {
 
-/// What the check of one robot found; returns the number of refused motions.
+/// Prints the result for one robot; returns the number of refused motions.
 std::size_t print_check(const CellRobot& robot, const ReachCheck& check) {
   if (check.refused.empty())
     fmt::print("{}: all {} points are reached{}\n", robot.name, check.points,

@@ -21,7 +21,7 @@ namespace {
 
 constexpr CORBA::ULong kCall_ms = 5000;
 constexpr CORBA::ULong kName_ms = 1000;
-constexpr std::chrono::seconds kRetryFor{10};  // a program that died is started again meanwhile
+constexpr std::chrono::seconds kRetryFor{10};  // a program that died is restarted meanwhile
 
 template <class Interface>
 typename Interface::_ptr_type connect(CORBA::ORB_ptr orb, const std::string& uri, CORBA::ULong timeout_ms) {
@@ -54,7 +54,7 @@ std::optional<Milestone> milestone_of(Corbot::TransferStep step) {
 std::string refusal_text(const Corbot::BadParameter& error) {
   const std::string_view parameter = error.parameter.in();
   std::string reason = client::printable(error.reason.in());
-  if (parameter == "place" || parameter == "robot") return reason;  // the value is no more than a length
+  if (parameter == "place" || parameter == "robot") return reason;  // the value is only a length
   if (parameter == "slot" && error.value == -1) return "give a SLOT: it " + reason;
   return fmt::format("{} {:g}: {}", client::printable(error.parameter.in()), error.value, reason);
 }
@@ -87,7 +87,7 @@ CellClient::~CellClient() {
   }
 }
 
-/// Repeats what the ORB could not deliver: every call of this class may be repeated.
+/// Repeats a call that the ORB could not deliver: every call of this class may be repeated.
 template <class F>
 auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
   const auto deadline = std::chrono::steady_clock::now() + kRetryFor;
@@ -253,7 +253,7 @@ void CellClient::read_events(CellEnd& end) {
   });
 }
 
-/// A robot that does not reply, or is no Arm, has no count.
+/// Skips a robot that does not reply or is no Arm: it has no count.
 void CellClient::read_overruns(CellEnd& end) {
   for (const cell::CellRobot& robot : cell_.robots) {
     try {

@@ -13,13 +13,14 @@
 
 namespace corbot::cli {
 
-/// A store's refusal, for a person.
+/// Describes a store's refusal for a person.
 [[nodiscard]] std::string refusal_text(const Corbot::BadParameter& error);
-/// Why `what`, a program of a cell that another command started in `directory`, may be silent, and what to do.
+/// Describes why `what`, a program of a cell that another command started in `directory`, may not reply, and
+/// what to do.
 [[nodiscard]] std::string silence_text(const std::string& what, const std::string& uri,
                                        const std::string& error, const std::filesystem::path& directory);
 
-/// A client of a cell's coordinator, store and camera. Every failure leaves as a client::Failure.
+/// A client of a cell's coordinator, store and camera. Throws every failure as client::Failure.
 class CellClient {
  public:
   explicit CellClient(const cell::CellConfig& cell);
@@ -27,43 +28,45 @@ class CellClient {
   CellClient& operator=(const CellClient&) = delete;
   ~CellClient();
 
-  /// From now on a call that gets no reply is not repeated. From any thread.
+  /// Ends the repetition of calls without a reply. Any thread may call it.
   void give_up() { gave_up_ = true; }
-  /// Throws with kUnreachable where a robot or camera that runs elsewhere does not reply.
+  /// Throws with kUnreachable if a robot or camera that runs elsewhere does not reply.
   void check_foreign();
-  /// The cell was started by another command: from now on no reply is kUnreachable, and no call is repeated. Throws with
-  /// kUnreachable where another cell has these ports.
+  /// Expects a cell that another command started. From now on a missing reply is kUnreachable, and no call is
+  /// repeated. Throws with kUnreachable if another cell has these ports.
   void expect_running();
   void start_work();
   [[nodiscard]] Corbot::CoordinatorState_var state();
   [[nodiscard]] bool is_paused();
   [[nodiscard]] Corbot::PlaceInfos_var places();
   [[nodiscard]] Corbot::PieceEvents_var unclear();
-  void start();  ///< and ends a Pause
+  void start();  ///< also ends a Pause
   void pause();
   void stop();
-  /// An empty place: the piece was taken away.
+  /// Records that the place is empty and the piece was removed.
   void resolve(Corbot::PieceNumber piece, const std::string& place, int slot, const std::string& who);
   void exchange(const std::string& place, const std::string& who);
-  /// Ends the claim of a robot, and returns whose it was; empty: there was none.
+  /// Ends the claim of a robot. Returns its owner, or "" if there was none.
   [[nodiscard]] std::string release(const std::string& robot, const std::string& who);
-  /// Whether no robot has a piece in work.
+  /// Returns true if no robot is handling a piece.
   [[nodiscard]] bool has_no_transfer();
-  /// Pieces at places from which no robot takes, by the ledger.
+  /// Returns the number of pieces at places from which no robot takes, by the ledger.
   [[nodiscard]] int placed();
-  /// The last picture that the camera examined, a JPEG file; marked: with what was found. One attempt.
+  /// Returns the last picture that the camera examined, as a JPEG file; `marked`: with the findings. One
+  /// attempt.
   [[nodiscard]] std::vector<std::uint8_t> picture(bool marked);
   /// Reads the ledger, and counts the pieces in a picture taken now. Robots must be out of the picture.
   [[nodiscard]] CellEnd read_end();
-  /// Of work that ended early: the ledger's events and the camera's last picture, as far as they reply.
+  /// Reads the result of work that ended early: the ledger's events and the camera's last picture, as far as
+  /// the programs reply.
   [[nodiscard]] CellEnd read_early_end();
 
  private:
-  /// One of the three, for messages.
+  /// One of the three programs, for messages.
   struct Peer {
     const char* name;
     std::string uri;
-    bool is_elsewhere;  ///< this command did not start it
+    bool is_elsewhere;  ///< another command started it
   };
   [[nodiscard]] Peer store_peer() const {
     return {"the store", cell_.store_uri(), !cell_.store_reference.empty()};

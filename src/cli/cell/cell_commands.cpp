@@ -31,7 +31,7 @@ using client::Failure;
 
 namespace {
 
-/// The words of one command.
+/// The arguments of one command.
 struct Words {
   cell::CellOptions cell;
   Corbot::PieceNumber piece{};
@@ -42,14 +42,14 @@ struct Words {
   int count{0};
 };
 
-/// For the ledger's history.
+/// Returns the user's name for the ledger's history.
 std::string user_name() {
   const passwd* const user = ::getpwuid(::geteuid());
   return client::printable(user != nullptr ? user->pw_name : fmt::format("uid {}", ::geteuid()))
       .substr(0, 64);
 }
 
-/// The coordinator's part is shown also where the store does not run: it says why the robots wait.
+/// Shows the coordinator's part even if the store does not run, as it says why the robots wait.
 void show(CellClient& client, const cell::CellConfig& cell) {
   CellView view;
   view.name = cell.name;
@@ -96,7 +96,7 @@ void release(CellClient& client, const Words& words) {
 
 using Use = std::function<void(CellClient&, const Words&)>;
 
-/// A command for a cell that runs.
+/// Adds a command for a running cell.
 std::pair<CLI::App*, std::shared_ptr<Words>> add_client(CLI::App& cell, const char* name, const char* about,
                                                         Use use) {
   CLI::App* command = cell.add_subcommand(name, about);
@@ -111,7 +111,7 @@ std::pair<CLI::App*, std::shared_ptr<Words>> add_client(CLI::App& cell, const ch
   return {command, words};
 }
 
-/// CLI11 names no bound, and takes "-1" for a large number.
+/// Validates a whole number. CLI11 states no bound, and takes "-1" for a large number.
 CLI::Validator whole_number_from(int low) {
   const auto check = [low](std::string& word) {
     constexpr int kMost = std::numeric_limits<int>::max();

@@ -5,7 +5,7 @@
 
 namespace corbot::cli {
 
-/// `corbot cell`, with its own commands.
+/// Adds `corbot cell` with its own commands.
 void add_cell(CLI::App& app);
 
 }  // namespace corbot::cli

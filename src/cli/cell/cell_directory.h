@@ -10,13 +10,13 @@
 #include "cell/program.h"
 #include "shm/descriptor.h"
 
-// The state directory of a cell, as the commands use it. All throw client::Failure.
+// The commands' access to the state directory of a cell. All functions throw client::Failure.
 
 namespace corbot::cli {
 
 [[nodiscard]] cell::CellConfig load_for_command(const cell::CellOptions& options);
 
-/// The state directory, which one `cell run` or `cell up` has at a time.
+/// The lock of the state directory, which one `cell run` or `cell up` can hold at a time.
 class DirectoryLock {
  public:
   explicit DirectoryLock(const std::filesystem::path& directory);
@@ -24,17 +24,18 @@ class DirectoryLock {
  private:
   Descriptor fd_;
 };
-/// The process that has the directory; nothing: none has.
+/// Returns the process that holds the directory, or nothing.
 [[nodiscard]] std::optional<pid_t> holder_of(const std::filesystem::path& directory);
 
-/// What a person is told of a stop or a pause of an earlier run, which still holds the work; empty: there is none.
+/// Describes a stop or a pause of an earlier run that still holds the work, or returns "".
 [[nodiscard]] std::string hold_note(const cell::CellConfig& cell);
 
-/// Logs begin anew with each run. A simulated world does so, too, with its ledger and its robots. The previous ones are kept in
-/// a directory of their own. A world that runs already goes on with its record. A pause and a stop stay in force.
+/// Starts new logs for a run. For a simulated world it also starts a new ledger and new robots. The previous
+/// ones move to a directory of their own. A world that already runs continues its record. A pause and a stop
+/// stay in force.
 void begin_anew(const cell::CellConfig& cell, bool world_runs = false);
 
-/// The last lines of a program's log, for a message.
+/// Returns the last lines of a program's log, for a message.
 [[nodiscard]] std::string tail_of(const std::filesystem::path& log);
 
 }  // namespace corbot::cli

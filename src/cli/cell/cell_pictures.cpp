@@ -21,7 +21,7 @@ constexpr const char* kAnimation = "cell.svg";
 constexpr const char* kGantt = "gantt.svg";
 constexpr const char* kCamera = "camera.jpg";
 
-/// The whole of it, or no file.
+/// Writes the whole text, or removes the file.
 void write_file(const fs::path& path, std::string_view text) {
   errno = 0;
   std::ofstream file(path);

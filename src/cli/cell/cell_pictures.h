@@ -9,22 +9,22 @@
 #include "cell/scene_record.h"
 #include "cli/cell/verdict.h"
 
-// Pictures of a run for people, which `corbot cell run --pictures DIR` leaves in DIR.
+// Pictures of a run for people, which `corbot cell run --pictures DIR` writes to DIR.
 
 namespace corbot::cli {
 
-/// Before anything starts: makes the directory. Throws client::Failure where no file can be written there.
+/// Creates the directory, before anything starts. Throws client::Failure if no file can be written there.
 void prepare_pictures(const std::filesystem::path& directory);
 
-/// A run that has ended. `record` is of a simulated cell only.
+/// A run that has ended. Only a simulated cell has a `record`.
 struct RunPictures {
   const cell::CellConfig& cell;
   const std::optional<cell::SceneRecord>& record;
   const CellEnd& end;
 };
 
-/// Writes those of cell.svg, gantt.svg and camera.jpg for which there is something to show, and returns their
-/// paths. Throws client::Failure if a file cannot be written.
+/// Writes cell.svg, gantt.svg and camera.jpg as far as their data exist, and returns their paths. Throws
+/// client::Failure if a file cannot be written.
 std::vector<std::filesystem::path> write_pictures(const std::filesystem::path& directory,
                                                   const RunPictures& pictures);
 

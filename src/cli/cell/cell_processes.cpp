@@ -26,18 +26,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kReadyWithin_s = 30;  // beside builds and tests on few processors
+constexpr double kReadyWithin_s = 30;  // enough beside builds and tests on few processors
 constexpr double kRespond_s = 10;
-constexpr double kRobotEndsWithin_s = 20;        // it ends three processes, and gives each five seconds
-constexpr double kCoordinatorEndsWithin_s = 15;  // its robots come to rest, and a look ends
+constexpr double kRobotEndsWithin_s = 20;        // a robot ends three processes within five seconds each
+constexpr double kCoordinatorEndsWithin_s = 15;  // its robots come to rest, and a camera look ends
 constexpr std::string_view kScenePort = "unix:SCENE/NAME.servos";
 
 fs::path profile_of(const CellConfig& cell, const CellRobot& robot) {
   return cell.state_directory / kRobots / (robot.name + ".toml");
 }
 
-/// The program with its standard error in the log and its standard output in `output`, or read by the supervisor. A shell
-/// that executes it keeps its pid, by which READY=1 is known to come from it.
+/// Returns the specification of a program. Its standard error goes to the log; its standard output goes to
+/// `output` or to the supervisor. A shell executes the program, which keeps the shell's pid; the pid
+/// identifies the sender of READY=1.
 Supervisor::Spec spec(const CellConfig& cell, const std::string& title, std::vector<std::string> command,
                       const fs::path& output = {}) {
   const std::string redirections = output.empty() ? "" : " >\"$2\"";

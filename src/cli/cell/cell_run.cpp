@@ -34,11 +34,13 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPoll{250};
-// All robots wait: so long where none has a piece, nothing will change any more; and so long in any case.
+// Times for which all robots must wait. After kQuiet without a piece held nothing will change any more. After
+// kStuck nothing will change in any case.
 constexpr std::chrono::seconds kQuiet{3};
 constexpr std::chrono::seconds kStuck{30};
 
-/// Starts the work, follows it, and takes the last look, in a thread of its own, since CORBA calls may wait.
+/// Starts the work, monitors it, and takes the last camera look. Runs in a thread of its own, since CORBA
+/// calls may wait.
 class Work {
  public:
   explicit Work(const CellConfig& cell) : cell_(cell), client_(cell), thread_([this] { run(); }) {}
@@ -47,10 +49,11 @@ class Work {
   ~Work() { end(); }
 
   [[nodiscard]] bool has_ended() const { return has_ended_.load(); }
-  /// The rest is for after the end. Why it ended early; nothing where it is done.
+  /// Returns why the work ended early, or nothing if it is done. This and the functions below are for use
+  /// after the end.
   [[nodiscard]] const std::optional<Failure>& failure() const { return failure_; }
   [[nodiscard]] const CellEnd& found() const { return found_; }
-  /// The last that each robot waited for, a line each.
+  /// Returns the last reason for which each robot waited, one line each.
   [[nodiscard]] const std::string& waits() const { return waits_; }
   [[nodiscard]] CellClient& client() { return client_; }
   [[nodiscard]] WorkProgress progress() const {
@@ -60,7 +63,7 @@ class Work {
   [[nodiscard]] double elapsed_s() const {
     return std::chrono::duration<double>(Clock::now() - begin_).count();
   }
-  /// Calls that wait are given up where their program has ended.
+  /// Ends the thread. Abandons waiting calls if their program has ended.
   void end() {
     client_.give_up();
     asked_to_end_ = true;
@@ -82,7 +85,8 @@ class Work {
   }
 
   bool is_done() {
-    const bool has_transfer = !client_.has_no_transfer();  // first, since the coordinator asks the store, too
+    // read first, since the coordinator also asks the store
+    const bool has_transfer = !client_.has_no_transfer();
     const auto state = client_.state();
     take_progress(state);
     bool all_wait = true;
@@ -124,7 +128,7 @@ class Work {
   const CellConfig& cell_;
   CellClient client_;
   const Clock::time_point begin_{Clock::now()};
-  mutable std::mutex mutex_;  ///< for what follows
+  mutable std::mutex mutex_;  ///< guards the members below
   WorkProgress progress_;
   std::atomic<bool> asked_to_end_{false};
   std::atomic<bool> has_ended_{false};
@@ -156,7 +160,7 @@ std::string done_so_far(const CellConfig& cell, Work& work) {
   }
 }
 
-/// Nothing where the scene has left no record that can be read: the verdict does not need one.
+/// Returns nothing if the scene has left no readable record: the verdict does not need one.
 std::optional<cell::SceneRecord> read_record(const CellConfig& cell) {
   const fs::path path = cell::scene_record_file(cell.state_directory);
   std::ifstream file(path);
@@ -189,7 +193,7 @@ class Run {
                      .on_change = [this] { find_ended(); },
                      .until_eof = options.until_eof}) {}
 
-  /// Until the work is done, a fault ends it, or a signal asks for the end.
+  /// Runs until the work is done, a fault ends it, or a signal requests the end.
   void go() {
     for (Supervisor::Spec& spec :
          cell_processes(cell_, options_.cell, Begin::kAtStart, [](const std::string& line) { report(line); }))
@@ -216,7 +220,7 @@ class Run {
   }
 
  private:
-  /// A call that waits ends with the program that it waits for.
+  /// Ends the run early. A waiting call ends with the program that it waits for.
   [[noreturn]] void end_early(bool goes_on, Work& work) {
     work.client().give_up();
     const std::string done = stop_early(work);
@@ -225,7 +229,7 @@ class Run {
                   fmt::format("{} ended; {}{}", ended_, done, tail_of(log_file(cell_, ended_))));
   }
 
-  /// How far the work has come, for a message. The pictures show what was recorded until now.
+  /// Returns the progress of the work, for a message. The pictures show the record up to now.
   std::string stop_early(Work& work) {
     std::string done = done_so_far(cell_, work);
     CellEnd end;
@@ -246,7 +250,7 @@ class Run {
     return true;
   }
 
-  /// A process of the cell that ended has lost its state: this run ends.
+  /// Notes a process of the cell that has ended: it has lost its state, so this run ends.
   void find_ended() {
     for (const auto& [title, pid] : pids_) {
       if (ended_.empty() && supervisor_.pid_of(title) != pid) ended_ = title;
@@ -280,7 +284,7 @@ class Run {
     return cell::read_activity(cell_.activity_file());
   }
 
-  /// The verdict does not need pictures: why they could not be written is for after it.
+  /// Writes the pictures. The verdict does not need them, so the caller reports a failure after it.
   std::optional<Failure> make_pictures(const RunPictures& pictures) const {
     if (options_.pictures.empty()) return std::nullopt;
     try {
@@ -305,7 +309,7 @@ void cell_run(const CellRunOptions& options) {
   const CellConfig cell = load_for_command(options.cell);
   if (!options.pictures.empty()) prepare_pictures(options.pictures);
   cell::make_private_directory(cell.state_directory);
-  const DirectoryLock lock(cell.state_directory);  // before the ports: a cell that runs has them
+  const DirectoryLock lock(cell.state_directory);  // before the ports: a running cell uses them
   check_installation(cell);
   CellClient(cell).check_foreign();
   begin_anew(cell);

@@ -13,8 +13,9 @@ struct CellRunOptions {
   bool until_eof{false};           ///< the end of standard input ends the cell
 };
 
-/// Starts a cell, supervises it until its work is done, and ends it; see corbot(1). Throws client::Failure: wrong cell.toml kUsage, no
-/// robot or camera kUnreachable, Ctrl-C or a Stop kStopped, a port in use kInternal, all else that ends the work early kRefused.
+/// Starts a cell, supervises it until its work is done, and ends it; see corbot(1). Throws client::Failure.
+/// The code is kUsage for an invalid cell.toml, kUnreachable without a robot or camera, kStopped after Ctrl-C
+/// or a Stop. It is kInternal if a port is in use, and kRefused for any other early end.
 void cell_run(const CellRunOptions& options);
 
 }  // namespace corbot::cli

@@ -54,7 +54,7 @@ bool needs_person(const Corbot::RobotWork& work) {
 }
 
 std::string line_of(const Corbot::RobotWork& work, double now_s, bool is_paused) {
-  const bool is_held = is_paused && work.state == Corbot::WorkMoving;  // after its motion under way
+  const bool is_held = is_paused && work.state == Corbot::WorkMoving;  // after the motion in progress
   std::string line =
       fmt::format("{:<12} {:<9} ", printable(work.robot.in()), is_held ? "paused" : name_of(work.state));
   line += is_held ? fmt::format("{:7}", "") : fmt::format("{:>5.0f} s", std::max(0.0, now_s - work.since));
@@ -87,7 +87,7 @@ std::string line_of(const Corbot::PieceEvent& lost) {
       lost.where.position.y, printable(lost.note.in()), lost.piece);
 }
 
-/// Empty: the place has room, or a robot makes it.
+/// Returns "" if the place has space or a robot empties it.
 std::string needs_exchange(const CellView& view, const Corbot::PlaceInfo& place) {
   const std::string name = printable(place.name.in());
   const bool is_last = std::count(view.last_places.begin(), view.last_places.end(), name) > 0;

@@ -28,9 +28,9 @@ using client::Failure;
 
 namespace {
 
-constexpr int kDownWithin_ms = 90'000;  // every process has its time to end
+constexpr int kDownWithin_ms = 90'000;  // enough for every process to end
 
-/// The processes of a cell that stays.
+/// The processes of a cell that stays up.
 class Stay {
  public:
   Stay(const CellConfig& cell, std::optional<CellWorld> world)
@@ -85,7 +85,7 @@ class Stay {
 void cell_up(const cell::CellOptions& options) {
   const CellConfig cell = load_for_command(options);
   cell::make_private_directory(cell.state_directory);
-  const DirectoryLock lock(cell.state_directory);  // before the ports: a cell that runs has them
+  const DirectoryLock lock(cell.state_directory);  // before the ports: a running cell uses them
   check_installation(cell);
   CellClient(cell).check_foreign();
   std::optional<CellWorld> world = CellWorld::find(cell);
@@ -103,7 +103,7 @@ void cell_down(const cell::CellOptions& options) {
   };
   const auto holder = holder_of(cell.state_directory);
   if (!holder) throw nothing_runs();
-  // Through a pidfd the signal reaches no other process that has got the same pid meanwhile.
+  // With a pidfd the signal cannot reach another process that has reused the pid.
   const Descriptor process(static_cast<int>(::syscall(SYS_pidfd_open, *holder, 0)));
   if (process.get() < 0 || holder_of(cell.state_directory) != holder) throw nothing_runs();
   if (::syscall(SYS_pidfd_send_signal, process.get(), SIGTERM, nullptr, 0) != 0 && errno != ESRCH)

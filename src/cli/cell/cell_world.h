@@ -9,15 +9,16 @@
 
 namespace corbot::cli {
 
-/// A simulated world that was started by itself, as `corbot-scene CELL`. It outlives a cell, as real servos and pieces do.
+/// A simulated world that was started separately, as `corbot-scene CELL`. It outlives a cell, like real
+/// servos and pieces.
 class CellWorld {
  public:
-  /// The one that listens in the cell's directory; nothing: there is none. Throws client::Failure.
+  /// Returns the world that listens in the cell's directory, or nothing. Throws client::Failure.
   [[nodiscard]] static std::optional<CellWorld> find(const cell::CellConfig& cell);
 
-  /// Whether the ledger is of this world, and not of one before.
+  /// Returns true if the ledger belongs to this world, not to an earlier one.
   [[nodiscard]] bool has_ledger() const;
-  /// From now on the ledger is of this world. Throws client::Failure.
+  /// Assigns the ledger to this world from now on. Throws client::Failure.
   void take_ledger() const;
   [[nodiscard]] bool has_ended() const;
 
@@ -26,8 +27,8 @@ class CellWorld {
       : process_(std::move(process)), identity_(std::move(identity)), file_(std::move(file)) {}
 
   Descriptor process_;
-  std::string identity_;        ///< no other world in this directory has it
-  std::filesystem::path file_;  ///< the identity of the world that the ledger is of
+  std::string identity_;        ///< unique among the worlds in this directory
+  std::filesystem::path file_;  ///< contains the identity of the ledger's world
 };
 
 }  // namespace corbot::cli

@@ -12,7 +12,8 @@ namespace {
 
 using cell::Activity;
 
-// Units of the picture, which is 1200 wide. A lane has, from its top: name, numbers of pieces, bars, zone.
+// Units of the picture, which is 1200 wide. A lane has from top to bottom: name, numbers of pieces, bars,
+// zone.
 constexpr double kTitleHeight = 50;
 constexpr double kLaneHeight = 176;
 constexpr double kNameLine = 26;
@@ -23,18 +24,18 @@ constexpr double kZoneTop = 142;
 constexpr double kZoneHeight = 12;
 constexpr double kAxisHeight = 86;
 constexpr double kLegendRow = 42;
-constexpr double kLeastBar = 0.25;     // narrower ones are left out: nobody sees them
-constexpr double kLeastLook = 3;       // a look is short, and is drawn wider
+constexpr double kLeastBar = 0.25;     // narrower bars are omitted: they are not visible
+constexpr double kLeastLook = 3;       // a camera look is short, and is drawn wider
 constexpr double kLetter = 19;         // widest letter of a small picture's text
-constexpr double kLetterOfLarge = 11;  // and of a large picture's
+constexpr double kLetterOfLarge = 11;  // widest letter of a large picture's text
 constexpr double kLeastTick = 100;     // between two ticks
 
-/// A bar's look. Height, pattern and colour differ, so that each alone tells the activities apart.
+/// A bar's appearance. Height, pattern and colour differ, so that each alone distinguishes the activities.
 struct Style {
   Activity activity;
   const char* name;
   const char* label;
-  double top;  ///< below kBarTop
+  double top;  ///< distance below kBarTop
   double height;
 };
 constexpr std::array<Style, 4> kStyles{{
@@ -44,7 +45,7 @@ constexpr std::array<Style, 4> kStyles{{
     {Activity::kLooking, "look", "looks", -6, kBarHeight + 12},
 }};
 
-// Colours of Okabe and Ito, which people without full colour vision tell apart.
+// Colours of Okabe and Ito, which people without full colour vision can distinguish.
 constexpr const char* kHead = R"svg(<style>
 text{font:18px system-ui,"Segoe UI",Arial,sans-serif;fill:#222}
 .title{font-size:22px;font-weight:600} .piece,.tick{text-anchor:middle;font-variant-numeric:tabular-nums}
@@ -112,7 +113,7 @@ class Chart {
     return fmt::format("M{:.2f} {:.0f}h{:.2f}v{:.0f}h-{:.2f}z", left, top, width, height, width);
   }
 
-  /// For readers who hear the picture.
+  /// Returns a description for readers who use a screen reader.
   [[nodiscard]] std::string description() const {
     std::string text = "A lane for each robot; time in seconds from the first piece reserved.";
     for (const std::string& robot : history_.robots) {
@@ -156,7 +157,7 @@ class Chart {
     numbers(spans, top + kPieceLine);
   }
 
-  /// Spans that follow each other are one bar.
+  /// Merges consecutive spans to one bar.
   template <class F>
   static std::vector<Period> merged(const std::vector<Span>& spans, F&& is_wanted) {
     std::vector<Period> periods;
@@ -199,7 +200,8 @@ class Chart {
     }
   }
 
-  /// The number of each piece over its work; where there is no room, not in a small picture, or not at all.
+  /// Writes the number of each piece over its work. Without enough space it omits the number in a small
+  /// picture, or everywhere.
   void numbers(const std::vector<Span>& spans, double y) {
     double small_free_from = 0;
     double large_free_from = 0;

@@ -10,7 +10,7 @@
 namespace corbot::cli {
 namespace {
 
-/// Of the terminal, less one: a line that fills it would go on in the next.
+/// Returns the width of the terminal less one: a line that fills it would continue in the next.
 std::size_t columns_of_terminal() {
   winsize size{};
   const bool is_known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;

@@ -7,19 +7,19 @@
 
 namespace corbot::cli {
 
-/// The work as it is now.
+/// The present progress of the work.
 struct WorkProgress {
   int placed{0};                    ///< pieces that have arrived
-  std::optional<int> total;         ///< nothing where that is not known
+  std::optional<int> total;         ///< nothing if it is not known
   std::vector<std::string> robots;  ///< "robot1 moves piece 3"
 };
 
-/// "3 of 12 pieces placed, 24 s".
+/// Returns "3 of 12 pieces placed, 24 s".
 [[nodiscard]] std::string placed_line(const WorkProgress& progress, double elapsed_s);
-/// The same and what each robot does, cut at `columns`.
+/// Returns the same line with the activity of each robot, cut at `columns`.
 [[nodiscard]] std::string progress_line(const WorkProgress& progress, double elapsed_s, std::size_t columns);
 
-/// Follows the work on standard output: on a terminal by one line that is drawn anew, else by a line for each
+/// Shows the work on standard output. A terminal gets one line that is redrawn, other outputs a line for each
 /// piece that has arrived.
 class ProgressDisplay {
  public:
@@ -31,7 +31,7 @@ class ProgressDisplay {
   void show(const WorkProgress& progress, double elapsed_s);
 
  private:
-  int shown_{0};  ///< pieces of the last line
+  int shown_{0};  ///< pieces in the last line
 };
 
 }  // namespace corbot::cli

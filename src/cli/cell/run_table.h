@@ -11,14 +11,14 @@
 
 namespace corbot::cli {
 
-/// What the table after a run shows besides its history. What a cell does not measure is left out.
+/// The figures after a run besides its history. Figures that a cell does not measure are omitted.
 struct RunFigures {
-  std::optional<double> both_move_share;  ///< of the time, 0 to 1; the simulation measures it
+  std::optional<double> both_move_share;  ///< part of the time, 0 to 1; the simulation measures it
   std::optional<double> nearest_mm;       ///< between two arms
-  std::vector<std::pair<std::string, std::uint64_t>> overruns;  ///< program -> cycles that came late
+  std::vector<std::pair<std::string, std::uint64_t>> overruns;  ///< program -> number of late cycles
 };
 
-/// A line for each figure: its name, then its value. Empty where nothing is known.
+/// Returns a line for each figure: its name, then its value. Empty if no figure is known.
 [[nodiscard]] std::vector<std::string> run_table(const WorkHistory& history, const RunFigures& figures);
 
 }  // namespace corbot::cli

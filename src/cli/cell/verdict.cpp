@@ -15,7 +15,7 @@ constexpr const char* kElsewhere = "elsewhere";
 
 std::string pieces(int count) { return fmt::format("{} piece{}", count, count == 1 ? "" : "s"); }
 
-/// Compares what one witness counted with what is expected: all pieces at last places, none elsewhere.
+/// Compares the counts of one source with the expected ones: all pieces at last places, none elsewhere.
 class Count {
  public:
   Count(const cell::CellConfig& cell, const std::map<std::string, int>& by_place) {

@@ -13,38 +13,37 @@
 
 namespace corbot::cli {
 
-/// The scene's counts at its end, as its last line has them: "end pallet1=0 ... nearest_mm=55.2".
+/// The scene's counts at its end, from its last line: "end pallet1=0 ... nearest_mm=55.2".
 struct SceneEnd {
-  std::map<std::string, int> standing;  ///< place -> pieces; "elsewhere" and "held" too
+  std::map<std::string, int> standing;  ///< place -> pieces; also "elsewhere" and "held"
   int fallen{};
   int touches{};
-  std::optional<double> nearest_mm;  ///< between two arms; nothing where there is one
-  int overruns{};                    ///< ticks of the simulation that came late
+  std::optional<double> nearest_mm;  ///< between two arms; nothing if there is one arm
+  int overruns{};                    ///< late ticks of the simulation
 };
 
-/// Nothing where the line is none of the scene's, or a number is missing.
+/// Returns nothing if the line is not the scene's, or a number is missing.
 [[nodiscard]] std::optional<SceneEnd> parse_scene_end(std::string_view line);
 
-/// The findings of three witnesses when the work had ended. The key "" of `seen` counts sightings over no place.
+/// The findings of three sources at the end of the work. The key "" of `seen` counts sightings over no place.
 struct CellEnd {
-  std::optional<int> expected;  ///< pieces that the work began with; nothing where that is not known
+  std::optional<int> expected;  ///< pieces at the beginning of the work; nothing if not known
   std::map<std::string, int> in_ledger;
-  std::map<std::uint64_t, int> arrivals;  ///< piece -> how often it was placed at a last place
+  std::map<std::uint64_t, int> arrivals;  ///< piece -> number of times that it was placed at a last place
   std::map<std::string, int> seen;
   bool has_scene{false};
   std::optional<SceneEnd> scene;
-  std::vector<std::uint8_t> camera_jpeg;  ///< of the last look, marked; empty where the camera gives none
+  std::vector<std::uint8_t> camera_jpeg;  ///< last picture, marked; empty if the camera has none
   WorkHistory history;
-  std::map<std::string, std::uint64_t>
-      overruns;  ///< robot -> cycles that came late; only of robots that count them
+  std::map<std::string, std::uint64_t> overruns;  ///< robot -> late cycles; only for robots that count them
 };
 
 struct Verdict {
   std::string summary;
-  std::vector<std::string> faults;  ///< what disagrees; empty: all pieces are where they belong
+  std::vector<std::string> faults;  ///< disagreements; empty: all pieces are at their places
 };
 
-/// Compares ledger, camera and scene. Pieces belong at the places from which no robot takes, each once.
+/// Compares ledger, camera and scene. Each piece must be at a place from which no robot takes, exactly once.
 [[nodiscard]] Verdict judge(const cell::CellConfig& cell, const CellEnd& end);
 
 }  // namespace corbot::cli

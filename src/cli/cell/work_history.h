@@ -15,7 +15,7 @@ namespace corbot::cli {
 enum class Milestone { kReserved, kHeld, kPlaced };
 
 struct PieceMilestone {
-  double time_s{};  ///< Unix epoch, by the store's clock
+  double time_s{};  ///< since the Unix epoch, by the store's clock
   std::string robot;
   std::uint64_t piece{};
   Milestone milestone{};
@@ -25,18 +25,18 @@ struct PieceMilestone {
 /// The work of one run, for reports.
 struct WorkHistory {
   std::vector<std::string> robots;               ///< in the cell's order
-  std::vector<cell::ActivityChange> activities;  ///< by time; empty where the coordinator runs elsewhere
+  std::vector<cell::ActivityChange> activities;  ///< by time; empty if the coordinator runs elsewhere
   std::vector<PieceMilestone> milestones;        ///< by time
 };
 
-/// Seconds since the Unix epoch.
+/// A period in seconds since the Unix epoch.
 struct Period {
   double begin_s{};
   double end_s{};
   [[nodiscard]] double duration_s() const { return end_s - begin_s; }
 };
 
-/// From the first piece reserved to the last one placed. Nothing where none was placed.
+/// Returns the period from the first piece reserved to the last one placed, or nothing if none was placed.
 [[nodiscard]] std::optional<Period> period_of(const WorkHistory& history);
 
 /// One robot's activity, cut at the ends of the period.
@@ -47,11 +47,12 @@ struct Span {
   std::string zone;
 };
 
-/// In their order, without gaps from the robot's first change on.
+/// Returns the spans in order, without gaps from the robot's first change on.
 [[nodiscard]] std::vector<Span> spans_of(const WorkHistory& history, const std::string& robot,
                                          const Period& period);
 
-/// Zone -> robot -> share of the period that the robot was in it, 0 to 1. Only zones that a robot entered.
+/// Returns zone -> robot -> share of the period that the robot spent in it, 0 to 1. Contains only zones that
+/// a robot entered.
 [[nodiscard]] std::map<std::string, std::map<std::string, double>> zone_shares(const WorkHistory& history,
                                                                                const Period& period);
 

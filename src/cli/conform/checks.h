@@ -13,11 +13,12 @@ struct Check {
   std::string_view name;
   bool is_for_cell;  ///< the pick-and-place cell needs it
   std::string_view expected;
-  /// What came. Throws Differs where it does not hold; an exception of CORBA is none that was expected.
+  /// Returns the result as text. Throws Differs if the check does not hold. Any CORBA exception from it is an
+  /// unexpected one.
   std::string (*examine)(Session&);
 };
 
-/// In the order in which they are made. The first ones move nothing.
+/// The checks in their order. The first ones move nothing.
 [[nodiscard]] std::span<const Check> read_checks();
 [[nodiscard]] std::span<const Check> motion_checks();
 

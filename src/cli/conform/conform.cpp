@@ -39,7 +39,7 @@ void ask() {
     throw Failure(ExitCode::kUsage, "'yes' was not typed, and nothing has moved");
 }
 
-/// Makes the checks and prints a row each.
+/// Makes the checks and prints one row for each.
 class Examination {
  public:
   explicit Examination(Session& session) : session_(session) {
@@ -76,7 +76,7 @@ class Examination {
   int failed_{0};
 };
 
-/// Returns how many of those that the cell needs do not hold.
+/// Returns the number of checks that the cell needs and that do not hold.
 int examine(Session& session, const client::OnSignal& on_signal) {
   client::call(session.address(), [&] {
     try {
@@ -102,7 +102,7 @@ void conform(const client::Address& address, double timeout_s, bool is_agreed) {
     throw Failure(ExitCode::kUsage, "this moves the arm, and nobody can be asked: --yes agrees");
   if (!is_agreed) ask();
   std::atomic<Session*> begun{nullptr};
-  std::optional<Session> session;  // it outlives the signal's thread, which uses it
+  std::optional<Session> session;  // outlives the signal's thread, which uses it
   client::OnSignal on_signal([&] {
     Session* const now = begun.load();
     if (now == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet

@@ -15,13 +15,14 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kEarly_s = 0.1;  // by which a call may last less than it should, by clocks that differ
+// allowance for clocks that differ: a call may last this much less than it should
+constexpr double kEarly_s = 0.1;
 
 void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
 Corbot::Point point(const Vector3d& at) { return {at.x(), at.y(), at.z()}; }
 
-/// The duration as text. Throws Differs where it is not within the bounds, seconds.
+/// Returns the duration as text. Throws Differs if it is not within the bounds, in seconds.
 std::string expect_seconds(double lasted_s, double least_s, double most_s) {
   std::string came = fmt::format("{:.2f} s", lasted_s);
   if (lasted_s < least_s - kEarly_s || lasted_s > most_s) throw Differs(came);
@@ -124,7 +125,8 @@ std::string moves_in_an_arc(Session& session) {
   return session.rest_at(place.end);
 }
 
-/// No joint that turns has a range of less than 6 degrees, and none that slides one of more than 6 m.
+/// Returns true for a sliding joint. The range of a rotary joint is at least 6 degrees, that of a sliding one
+/// at most 6 m.
 bool slides(const Corbot::JointRange& range) { return range.upper - range.lower < 6; }
 
 std::string drives(Session& session) {

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kFar_m = 100;  // beyond any arm
+constexpr double kFar_m = 100;  // beyond the reach of any arm
 
 std::string joints_agree(Session& session) {
   const CORBA::Long dof = session.robot()->DoF();
@@ -28,7 +28,7 @@ std::string joints_agree(Session& session) {
 }
 
 std::string joints_are_in_range(Session& session) {
-  constexpr double kTolerance = 1;  // degrees or m: a measured joint may be a little beyond
+  constexpr double kTolerance = 1;  // degrees or m: a measured joint may be slightly beyond
   Corbot::JointCoord_var joints = session.robot()->ArtiCoord();
   Corbot::JointRanges_var ranges = session.robot()->MovRange();
   for (CORBA::ULong i = 0; i < joints->length() && i < ranges->length(); ++i) {
@@ -61,7 +61,7 @@ std::string is_ready(Session& session) {
   return "Standby";
 }
 
-/// That `call` raises E and moves nothing. Another exception passes.
+/// Checks that `call` raises E and moves nothing. Any other exception leaves the function.
 template <class E, class F>
 void expect_refusal(Session& session, const std::string& name, F&& call) {
   const Vector3d before = session.position();
@@ -75,7 +75,7 @@ void expect_refusal(Session& session, const std::string& name, F&& call) {
   if (!((session.position() - before).norm() <= kRest_m)) throw Differs(name + " has moved the arm");
 }
 
-/// Calls `call`. The range of a joint that slides may be the reason, too.
+/// Runs `call` and accepts the range of a sliding joint as the reason, too.
 template <class F>
 void as_unreachable(F&& call) {
   try {
@@ -106,7 +106,7 @@ std::string speed_refuses_nonsense(Session& session) {
       expect_refusal<Corbot::BadParameter>(session, fmt::format("{:g} %", percent),
                                            [&] { session.robot()->Speed(percent); });
     } catch (...) {
-      session.slow_down();  // it may be in force now
+      session.slow_down();  // the value may be in force now
       throw;
     }
   }

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kWay_m = 0.03;   // of a motion
-constexpr double kBend_m = 0.01;  // of an arc, from the line
+constexpr double kBend_m = 0.01;  // distance of an arc from the line
 
 Corbot::Robot_var reference(CORBA::ORB_ptr orb, const client::Address& address, double timeout_s) {
   const CORBA::Object_var object = client::find_object(orb, address);
@@ -48,7 +48,7 @@ Session::Session(const client::Address& address, double timeout_s)
   });
 }
 
-/// A robot without Status passes.
+/// Returns true also for a robot without Status.
 bool Session::is_standby() const {
   try {
     return robot_->Status() == Corbot::Standby;
@@ -110,7 +110,8 @@ bool Session::reaches(const Place& place) {
   return false;
 }
 
-/// Begins where the arm is, then goes inward, outward, upward and downward: it may be at the edge of its reach.
+/// Searches from the present position inward, outward, upward and downward, as the arm may be at the edge of
+/// its reach.
 void Session::find_place() {
   const Vector3d here = position();
   const double radius_m = std::hypot(here.x(), here.y());
@@ -153,7 +154,7 @@ void Session::restore_speed() const {
 }
 
 void Session::end() {
-  constexpr int kTimes = 5;  // a motion may begin after a Stop that was sent first
+  constexpr int kTimes = 5;  // a motion may begin after a Stop that was sent before it
   is_ended_ = true;
   for (int i = 0; i < kTimes && !CORBA::is_nil(arm_.in()); ++i) {
     try {

@@ -12,16 +12,16 @@
 
 namespace corbot::cli {
 
-/// A check does not hold; the text is what came instead.
+/// A check does not hold; the text is the actual result.
 class Differs : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-constexpr double kLow_percent = 20;      ///< the speed of all checks
-constexpr double kSame_m = 0.005;        ///< for arrived: the cell's own tolerance
-constexpr double kRest_m = 0.002;        ///< within which an arm at rest is measured again
-constexpr double kBreaks_s = 0.5;        ///< after so long `cut` breaks its connection
+constexpr double kLow_percent = 20;      ///< speed of all checks
+constexpr double kSame_m = 0.005;        ///< tolerance of arrival, the same as the cell's
+constexpr double kRest_m = 0.002;        ///< tolerance of a repeated measurement at rest
+constexpr double kBreaks_s = 0.5;        ///< time after which `cut` breaks its connection
 constexpr double kLongestMotion_s = 60;  ///< time-out of a motion
 
 /// Two points near the arm, and a third beside their middle, in the base frame, to which the robot moves.
@@ -31,35 +31,35 @@ struct Place {
   Eigen::Vector3d end;
 };
 
-/// A robot that is examined.
+/// A robot under examination.
 class Session {
  public:
-  /// Throws Failure: no reply, no robot, or one that is not at rest. Nothing moves.
+  /// Throws Failure if there is no reply or no robot, or the robot is not at rest. Nothing moves.
   Session(const client::Address& address, double timeout_s);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
 
   [[nodiscard]] const client::Address& address() const { return address_; }
-  /// For what does not move.
+  /// Returns the reference for calls without motion.
   [[nodiscard]] Corbot::Robot_ptr robot() const { return robot_.in(); }
-  /// For motions. Throws Differs before slow_down() and after end().
+  /// Returns the reference for motions. Throws Differs before slow_down() and after end().
   [[nodiscard]] Corbot::Robot_ptr motions() const;
-  /// Breaks its connection in mid-call.
+  /// Returns a reference that breaks its connection during a call.
   [[nodiscard]] Corbot::Robot_ptr cut() const { return cut_.in(); }
 
   [[nodiscard]] Eigen::Vector3d position() const;
   void move(const Eigen::Vector3d& target, double above_m = 0) const;
   void move_s(const Eigen::Vector3d& target, double duration_s) const;
-  /// "1.2 mm off, at rest". Throws Differs.
+  /// Returns text such as "1.2 mm off, at rest". Throws Differs.
   [[nodiscard]] std::string rest_at(const Eigen::Vector3d& target) const;
-  /// The first call moves the arm to find it. Throws Differs where there is none.
+  /// Returns the place; the first call moves the arm to find it. Throws Differs if there is none.
   const Place& place();
 
   void slow_down();
-  /// As it was before slow_down(), as far as that is known.
+  /// Restores the speed from before slow_down(), as far as it is known.
   void restore_speed() const;
-  /// No motion begins from now on, and an Arm is stopped. From another thread.
+  /// Prevents further motions, and stops an Arm. Any thread may call it.
   void end();
 
  private:
@@ -72,15 +72,15 @@ class Session {
   Corbot::Robot_var robot_;
   Corbot::Robot_var motions_;
   Corbot::Robot_var cut_;
-  Corbot::Arm_var arm_;        ///< nil: it serves robot.idl alone
-  double speed_percent_{100};  ///< robot.idl has no way to read it
+  Corbot::Arm_var arm_;        ///< nil: the robot serves only robot.idl
+  double speed_percent_{100};  ///< robot.idl cannot read it
   std::optional<Place> place_;
   std::string refusal_;  ///< of the first place that was tried
   bool is_slow_{false};
   std::atomic<bool> is_ended_{false};
 };
 
-/// Seconds that `f` takes.
+/// Returns the run time of `f` in seconds.
 template <class F>
 double seconds_of(F&& f) {
   const auto begin = std::chrono::steady_clock::now();

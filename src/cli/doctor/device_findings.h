@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the examinations of devices share.
+// Shared functions of the device examinations.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ struct CanLink;
 
 namespace corbot::cli {
 
-/// How devices are reached; tests bring their own.
+/// Access to devices; tests provide their own.
 struct DeviceAccess {
   std::function<std::unique_ptr<rt::SerialLine>()> serial{[] { return std::make_unique<rt::SerialPort>(); }};
   std::function<std::unique_ptr<rt::I2cBus>(const std::string& path, int address)> i2c{
@@ -38,27 +38,29 @@ inline Finding device_warning(std::string text, std::string fix) {
 inline Finding device_failure(std::string text, std::string fix) {
   return {Level::kFail, "devices", std::move(text), std::move(fix)};
 }
-/// A file that cannot be opened. `group` is the one that may.
+/// Reports a file that cannot be opened. `group` is the group that may open it.
 [[nodiscard]] Finding not_opened(const std::string& text, int error, const std::string& group,
                                  const std::string& if_absent);
-/// A character device that must be there and open for reading and writing.
+/// Checks a character device, which must exist and open for reading and writing.
 [[nodiscard]] Finding device_file(const std::string& what, const std::string& path, const std::string& group,
                                   const std::string& if_absent);
 
-// Each opens the device, asks, and closes it. Nothing is sent that moves, energises or configures anything.
+// Each examination opens the device, queries it and closes it. It sends nothing that moves, energises or
+// configures anything.
 void examine_serial(const Profile& profile, const DeviceAccess& access, Findings& findings);
 void examine_pca9685(const Pca9685Options& options, const DeviceAccess& access, Findings& findings);
 void examine_can(const Profile& profile, Findings& findings);
-/// Of an interface that is up: bit rate, state of the bus, restart-ms.
+/// Examines an interface that is up: bit rate, state of the bus, restart-ms.
 [[nodiscard]] Findings examine_can_link(const rt::CanLink& link, const std::string& name);
 
-/// Lines of pulses, emergency stop, power and watchdog. `is_up`: the robot holds them, and none is requested.
+/// Examines the lines of pulses, emergency stop, power and watchdog. `is_up`: the robot holds the lines, and
+/// none is requested.
 void examine_lines(const Profile& profile, const DeviceAccess& access, bool is_up, Findings& findings);
 
-/// The same of all that the profile names. Of a robot that is up see examine_running().
+/// Examines all devices in the profile. For a robot that is up use examine_running().
 [[nodiscard]] Findings examine_devices(const Profile& profile, const DeviceAccess& access);
 
-/// A robot that is up has its device open: it is asked what it says of it. `robot`: the name under which it is up.
+/// Queries a robot that is up about its device, which it has open. `robot`: the name under which it is up.
 [[nodiscard]] Findings examine_running(const Profile& profile, const std::string& robot,
                                        const DeviceAccess& access);
 

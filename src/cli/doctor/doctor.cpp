@@ -30,7 +30,7 @@ Finding program(const std::string& name, Level if_absent, const std::string& fix
   return {if_absent, name, "not found", fix};
 }
 
-/// The profile, or its faults.
+/// Returns the profile, or nothing after adding its faults to the findings.
 std::optional<Profile> read_profile(const std::string& file, std::vector<Finding>& findings) {
   try {
     Profile profile = load_profile(file);
@@ -59,7 +59,8 @@ Finding port(const Profile& profile) {
   return {Level::kFail, "port", why, "end that program, or use corbot up --endpoint HOST:PORT"};
 }
 
-/// The robot that was started from this profile, under whatever name, or that has its name; empty: none is up.
+/// Returns the robot that was started from this profile, under any name, or the one with this name; "" if
+/// none is up.
 std::string running_robot(const std::string& profile_file, const std::string& name) {
   for (const std::string& robot : client::robots_up()) {
     const auto state = client::read_state(robot);
@@ -96,7 +97,7 @@ std::vector<Finding> examine_installation(const std::string& profile_file) {
     findings.push_back(
         {Level::kWarn, "geometry", doubt, "see docs/profiles.md; 'corbot kinematics' shows the arm"});
   findings.push_back(port(*profile));
-  // Its device is open already: a second program on the line would disturb the first.
+  // The robot has its device open: a second program on the line would disturb it.
   const std::string running = running_robot(profile_file, profile->name);
   for (auto& finding :
        running.empty() ? examine_devices(*profile, {}) : examine_running(*profile, running, {})) {

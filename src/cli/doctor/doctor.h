@@ -10,26 +10,26 @@
 
 namespace corbot::cli {
 
-/// Where the machine's files are; tests point it elsewhere.
+/// Directories of the machine's files; tests use others.
 struct MachineFiles {
   std::string proc{"/proc"};
   std::string sys{"/sys"};
 };
 
-/// The machine's fitness for a real-time loop. `cpu`: the profile's, −1: no
-/// particular one; none without a profile.
+/// Examines the machine's fitness for a real-time loop. `cpu`: the profile's, −1: no particular one; nothing
+/// without a profile.
 [[nodiscard]] std::vector<Finding> examine_machine(const MachineFiles& files, std::optional<int> cpu);
 
-/// Privileges of this user for real-time scheduling and locked memory.
+/// Examines the privileges of this user for real-time scheduling and locked memory.
 [[nodiscard]] std::vector<Finding> examine_privileges(int priority);
 
-/// Programs, ORB and, where a profile is given, the profile, its port and its devices.
+/// Examines programs and ORB. If a profile is given, also examines the profile, its port and its devices.
 [[nodiscard]] std::vector<Finding> examine_installation(const std::string& profile_file);
 
-/// Does a list such as "1-3,5" contain `cpu`?
+/// Returns true if a list such as "1-3,5" contains `cpu`.
 [[nodiscard]] bool cpu_list_contains(std::string_view list, int cpu);
 
-/// Prints all; true unless one failed.
+/// Prints all findings; returns true unless one is a failure.
 [[nodiscard]] bool doctor(const std::string& profile_file);
 
 }  // namespace corbot::cli

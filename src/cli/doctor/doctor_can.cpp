@@ -44,7 +44,7 @@ std::vector<std::uint8_t> numbers_of(const std::vector<Node>& nodes) {
   return numbers;
 }
 
-/// The socket of a virtual bus; nothing when it is one.
+/// Examines the socket of a virtual bus; returns nothing if it is usable.
 std::optional<Finding> socket_fault(const std::string& what, const std::string& path,
                                     const std::string& fix) {
   struct stat status {};
@@ -58,7 +58,7 @@ std::optional<Finding> socket_fault(const std::string& what, const std::string& 
   return device_failure(fmt::format("{}: is {}, and no CAN bus", what, kind), fix);
 }
 
-/// What the controller of the bus says. True when nodes can be asked.
+/// Examines the controller of the bus. Returns true if nodes can be queried.
 bool examine_link(const std::string& what, const SocketCanOptions& options, const Profile& profile,
                   Findings& findings) {
   const std::string& name = options.interface;
@@ -105,7 +105,7 @@ std::string hex(std::uint32_t value) { return fmt::format("{:08X}h", value); }
 
 constexpr std::array<const char*, 4> kIdentity{"vendor", "product", "revision", "serial"};  // 1018h:1 to 4
 
-/// As far as the node has it. What the profile says otherwise is added to `differs`.
+/// Returns the node's identity as far as it has one. Adds deviations from the profile to `differs`.
 std::string identity(rt::SdoClient& node, const CanIdentity& expected, std::string& differs) {
   std::string text;
   for (std::size_t i = 0; i < kIdentity.size(); ++i) {

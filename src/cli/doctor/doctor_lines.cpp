@@ -13,7 +13,7 @@ namespace {
 
 struct Lines {
   std::string what;  ///< "emergency stop"
-  std::string key;   ///< of the profile
+  std::string key;   ///< in the profile
   std::string chip;
 };
 
@@ -21,7 +21,8 @@ std::string describe_consumer(const std::string& consumer) {
   return consumer.empty() ? "the kernel or a nameless program" : fmt::format("\"{}\"", consumer);
 }
 
-/// What the kernel says of one line, which requests nothing; nothing where there is no such line, or it is in use.
+/// Returns the kernel's information on one line, without requesting the line. Returns nothing if the line
+/// does not exist or is in use.
 std::optional<rt::GpioLineInfo> examine_line(const Lines& lines, const std::string& line,
                                              const DeviceAccess& access, bool is_up, Findings& findings) {
   const std::string text = fmt::format("{}: {}, line {}", lines.what, lines.chip, line);
@@ -43,7 +44,7 @@ std::optional<rt::GpioLineInfo> examine_line(const Lines& lines, const std::stri
   return std::nullopt;
 }
 
-/// The level of an input, for which it is requested as corbot-rt does it.
+/// Returns the level of an input. Requests the line like corbot-rt.
 std::optional<bool> level_of(const rt::GpioRequest& request, const Lines& lines, const DeviceAccess& access,
                              Findings& findings) {
   try {
@@ -77,8 +78,8 @@ void examine_stop(const rt::GpioRequest& request, const DeviceAccess& access, bo
   }
 }
 
-/// An output of corbot's. While nothing holds it, an input shows what the wiring makes of it; one that is still an
-/// output is left alone, as a request could change it.
+/// Examines an output of corbot. While no process holds the line, reading it as an input shows the effect of
+/// the wiring. A line that is still an output is left alone, as a request could change it.
 void examine_output(const Lines& lines, rt::GpioRequest request, const std::string& if_active,
                     const DeviceAccess& access, bool is_up, Findings& findings) {
   if (!is_there(lines, findings)) return;

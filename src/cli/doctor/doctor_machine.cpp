@@ -85,7 +85,8 @@ Finding isolation(const MachineFiles& files, std::optional<int> wanted) {
           fmt::format("add isolcpus={0} nohz_full={0} to the kernel's command line", cpu)};
 }
 
-/// What servant and real-time task share is sealed against being written by others.
+/// Checks that shared memory can be sealed against writing by others. Servant and real-time task share such
+/// memory.
 Finding shared_memory() {
   const int memory = ::memfd_create("corbot.doctor", MFD_CLOEXEC | MFD_ALLOW_SEALING);
   const bool is_sealed = memory >= 0 && ::fcntl(memory, F_ADD_SEALS, F_SEAL_FUTURE_WRITE) == 0;
@@ -96,7 +97,7 @@ Finding shared_memory() {
           "needs Linux 5.1 or newer"};
 }
 
-/// Capability `bit` in this process's effective set.
+/// Returns true if capability `bit` is in this process's effective set.
 bool has_capability(int bit) {
   std::ifstream stream("/proc/self/status");
   for (std::string line; std::getline(stream, line);) {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kAnswerWithin_s = 5.0;
 
-/// One that was started by hand, or by systemd, has no file of `corbot up`.
+/// Returns the address. A robot that was started by hand or by systemd has no file of `corbot up`.
 Address address_of(const Profile& profile, const std::string& robot) {
   if (client::is_up(robot)) return client::find_robot(robot);
   const std::string where = net::endpoint_text(profile.endpoint_host, profile.port);

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A socket in a line's place, opened as the backend does it.
+/// Examines a socket in place of a line, opened like the backend does.
 Finding socket_line(const std::string& what, const std::string& path, const std::string& if_absent) {
   try {
     rt::SerialPort().open(path, 0);
@@ -33,19 +33,20 @@ Finding socket_line(const std::string& what, const std::string& path, const std:
   }
 }
 
-/// As the backend opens it, but for TIOCEXCL, which would stay set for others that have it open.
+/// Opens the line like the backend, but without TIOCEXCL, which would stay set for other processes that have
+/// it open.
 Finding serial_line(const std::string& what, const std::string& path, const std::string& if_absent) {
   const std::string text = fmt::format("{}: {}", what, path);
   const auto taken = [&] {
     return device_failure(text + ": another program has it open",
                           fmt::format("end that program; 'fuser {}' shows which", path));
   };
-  // Not blocking, or open() would wait for a modem's carrier.
+  // Non-blocking, or open() would wait for a modem's carrier.
   const int fd = ::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return errno == EBUSY ? taken() : not_opened(text, errno, "dialout", if_absent);
   const bool is_line = ::isatty(fd) == 1;
   const bool is_free = ::flock(fd, LOCK_EX | LOCK_NB) == 0;
-  ::close(fd);  // and the lock with it
+  ::close(fd);  // also releases the lock
   if (!is_line) return device_failure(text + " is not a serial line", if_absent);
   if (!is_free) return taken();
   return device_ok(text + " can be opened");
@@ -58,13 +59,13 @@ std::string first_word(const fs::path& file) {
   return word;
 }
 
-/// The USB device behind a line, by sysfs.
+/// The USB device behind a line, from sysfs.
 struct UsbDevice {
   std::string vendor;   ///< "1ffb"
-  std::string product;  ///< its number
-  std::string name;     ///< as the device says
+  std::string product;  ///< number
+  std::string name;     ///< the device's own name
   std::string interface;
-  std::string latency_ms;  ///< of an FTDI adapter
+  std::string latency_ms;  ///< only an FTDI adapter has it
 };
 
 std::optional<UsbDevice> usb_of(const std::string& path, const std::string& sys) {
@@ -74,7 +75,7 @@ std::optional<UsbDevice> usb_of(const std::string& path, const std::string& sys)
   if (error) return std::nullopt;
   UsbDevice device;
   device.latency_ms = first_word(place / "latency_timer");
-  // From the line's own place upwards to the interface, and the device that has it.
+  // Goes up from the line's directory to the interface and to its device.
   for (int up = 0; up < 3; ++up, place = place.parent_path()) {
     if (device.interface.empty()) device.interface = first_word(place / "bInterfaceNumber");
     device.vendor = first_word(place / "idVendor");
@@ -87,7 +88,7 @@ std::optional<UsbDevice> usb_of(const std::string& path, const std::string& sys)
   return std::nullopt;
 }
 
-/// Pololu's numbers.
+/// Returns the model by Pololu's product numbers.
 const char* maestro_of(const UsbDevice& usb) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 4> kKinds{
       {{"0089", "Micro Maestro, 6 channels"},
@@ -138,8 +139,8 @@ void examine_ssc32(const Profile& profile, const DeviceAccess& access, Findings&
   if (options.stop_input == 0) return;
   const std::string input = fmt::format("backend ssc32: stop input {}", options.stop_input);
   try {
-    // Longer than the device's own deadline, so that an input that is heard no more is not taken for released;
-    // and from the beginning some times, since one late answer is enough for 'unheard'.
+    // The loop exceeds the device's own deadline, so that an input without replies does not count as
+    // released. It repeats from the beginning, since one late reply is enough for 'unheard'.
     constexpr int kLooks = 8;
     constexpr int kAttempts = 5;
     auto state = rt::StopInputLevel::kUnheard;

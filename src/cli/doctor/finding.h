@@ -11,8 +11,8 @@ enum class Level { kOk, kWarn, kFail };
 struct Finding {
   Level level{};
   std::string subject;
-  std::string text;  ///< what was found
-  std::string fix;   ///< what to do; empty when ok
+  std::string text;  ///< the finding
+  std::string fix;   ///< the remedy; empty when ok
 };
 
 }  // namespace corbot::cli

@@ -15,10 +15,10 @@ namespace {
 using cell::svg_number;
 using cell::svg_text;
 
-// Where things are, px.
+// Positions in the picture, px.
 constexpr double kWidth = 1000.0;
 constexpr double kLeft = 74.0;
-constexpr double kRight = 834.0;  // the names of the lines are right of it
+constexpr double kRight = 834.0;  // the names of the lines are to the right of it
 constexpr double kTop = 74.0;
 constexpr double kChartTitle = 24.0;
 constexpr double kLeastHeight = 100.0;
@@ -27,13 +27,14 @@ constexpr double kAxis = 48.0;
 constexpr double kTimeParts = 2.5;
 constexpr double kViewWidth = 330.0;
 constexpr double kViewHeight = 240.0;
-constexpr double kLeastView_m = 0.02;  // a path that is shorter stays small
+constexpr double kLeastView_m = 0.02;  // a shorter path stays small
 constexpr double kLeastStep = 0.5;     // between two points of a path
 constexpr double kEntry = 18.0;        // of the names
 constexpr std::size_t kColours = 7;
 constexpr std::size_t kLabelLetters = 15;
 
-// Colours of Okabe and Ito (2008), which the colour-blind tell apart; on a dark screen the lighter ones.
+// Colours of Okabe and Ito (2008), which colour-blind readers can distinguish. A dark screen gets the lighter
+// ones.
 constexpr const char* kStyle =
     "text{font:14px system-ui,sans-serif;fill:#333}.title{font-size:20px;font-weight:600}"
     ".name{font-weight:600}.end{text-anchor:end}.middle{text-anchor:middle}.back{fill:#fff}"
@@ -51,7 +52,7 @@ struct Axis {
   [[nodiscard]] double operator()(double value) const {
     return low_px + (high_px - low_px) * (value - low) / (high - low);
   }
-  /// Round values within, 2 to 5 for each `part` of the axis.
+  /// Returns round values within the range, 2 to 5 for each of the `parts` of the axis.
   [[nodiscard]] std::vector<double> ticks(double parts) const {
     std::vector<double> found;
     const double step = round_length((high - low) / (2.0 * parts));
@@ -67,7 +68,7 @@ std::string text_at(const char* style, double x, double y, const std::string& te
                      svg_text(text));
 }
 
-/// The `d` of a path: points to a tenth of a px, each after the one before.
+/// The `d` of a path: points to a tenth of a px, each relative to the previous one.
 class PathData {
  public:
   void add(double x, double y) {
@@ -87,7 +88,7 @@ class PathData {
     x_ = to_x;
     y_ = to_y;
   }
-  /// The next point begins a line.
+  /// Lifts the pen: the next point begins a line.
   void lift() { is_up_ = true; }
   std::string take() {
     flush();
@@ -106,7 +107,7 @@ class PathData {
   bool is_up_{true};
 };
 
-/// What the rows of one px column have of a line.
+/// The rows of a line in one px column.
 struct Column {
   double begin_s{}, end_s{};
   Range range;
@@ -171,7 +172,7 @@ class Drawing {
   }
 
  private:
-  /// False: it has no value.
+  /// Draws a chart. Returns false if it has no value.
   bool draw(const Chart& chart) {
     std::vector<const ChartLine*> lines;
     Range range;
@@ -202,7 +203,7 @@ class Drawing {
     return true;
   }
 
-  /// Beside each other, to one scale.
+  /// Draws the views beside each other, to one scale.
   void views() {
     if (sheet_.views.empty()) return;
     std::vector<std::array<Range, 2>> ranges(sheet_.views.size());

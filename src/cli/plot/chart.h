@@ -21,17 +21,18 @@ struct ChartLine {
 struct Chart {
   std::string title;  ///< with the unit
   std::vector<ChartLine> lines;
-  std::vector<double> limits;  ///< drawn where they are within the chart
-  double least_span{1.0};      ///< the chart is as high as this, where the values differ less
+  std::vector<double> limits;  ///< drawn if they are within the chart
+  double least_span{1.0};      ///< least height of the chart, used if the values differ less
 };
 
-/// A path in a plane, in m; all views have one scale. A ring marks where the path begins.
+/// A path in a plane, in m; all views have one scale. A ring marks the beginning of the path.
 struct PathView {
   std::string title;
   std::vector<std::array<double, 2>> points_m;
 };
 
-/// Charts below each other, over one time axis in seconds from the first row on. Two views, where there are any, stand above them.
+/// Charts below each other, over one time axis in seconds from the first row on. Views, at most two, are
+/// above them.
 struct ChartSheet {
   std::string title;
   std::string subtitle;
@@ -39,8 +40,8 @@ struct ChartSheet {
   std::vector<PathView> views{};
 };
 
-/// An SVG without a script, 1000 px wide, which follows a dark screen. A line has two points in each px column at the most: its
-/// extremes. A line without a value, and a chart without a line, are left out.
+/// Returns an SVG without a script, 1000 px wide, which adapts to a dark screen. A line has at most two
+/// points in each px column: its extremes. Lines without a value and charts without a line are omitted.
 [[nodiscard]] std::string chart_svg(const ChartSheet& sheet, const ReducedRows& rows);
 
 }  // namespace corbot::cli::charts

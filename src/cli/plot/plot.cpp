@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using client::ExitCode;
 using client::Failure;
 
-/// "2 elbow".
+/// Returns text such as "2 elbow".
 std::string label_of(const Recording& recording, std::size_t joint) {
   const std::string& name = recording.joints[joint].name;
   return fmt::format("{}{}{}", joint, name.empty() ? "" : " ", name);
@@ -34,8 +34,8 @@ Chart set_points(const Recording& recording, std::size_t i) {
   return chart;
 }
 
-/// A quantity of every joint whose limit is `limit`, as a share of that limit: so joints that turn and slide, fast and slow ones share
-/// a chart. Without limits each unit has a chart.
+/// Adds a quantity of every joint with the limit `limit`, as a share of that limit. Rotary and sliding, fast
+/// and slow joints thus share a chart. Without limits each unit has a chart.
 void add_rates(std::vector<Chart>& charts, const Recording& recording, const char* name, Quantity quantity,
                double RecordedLimits::*limit, const char* per_time) {
   const bool has_limits =

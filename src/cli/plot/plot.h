@@ -9,14 +9,14 @@
 namespace corbot::cli::charts {
 
 struct PlotOptions {
-  std::string record;  ///< a file of `corbot record`
+  std::string record;  ///< a file written by `corbot record`
   std::string output;  ///< "-" = standard output; empty: the record's name with .svg
 };
 
-/// The charts of a recording whose file has this name.
+/// Returns the charts of a recording; `name` is the name of its file.
 [[nodiscard]] ChartSheet sheet_of(const Recording& recording, const std::string& name);
 
-/// Draws a recording into an SVG file. Throws Failure; then the file is as before.
+/// Draws a recording into an SVG file. Throws Failure; the file is then unchanged.
 void plot(const PlotOptions& options);
 
 }  // namespace corbot::cli::charts

@@ -32,7 +32,7 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
   }
 }
 
-/// What is between `begin` and `end`, each where it is found first and last.
+/// Returns the text between the first `begin` and the last `end`.
 std::optional<std::string_view> between(std::string_view text, std::string_view begin, std::string_view end) {
   const std::size_t from = text.find(begin);
   const std::size_t to = text.rfind(end);
@@ -41,7 +41,7 @@ std::optional<std::string_view> between(std::string_view text, std::string_view 
   return text.substr(from + begin.size(), to - from - begin.size());
 }
 
-/// Of "-90 to 90 deg, 60 deg/s, 240 deg/s2, 2400 deg/s3".
+/// Parses limits such as "-90 to 90 deg, 60 deg/s, 240 deg/s2, 2400 deg/s3".
 std::optional<RecordedLimits> limits_of(std::string_view text) {
   std::vector<double> numbers;
   while (!text.empty()) {
@@ -140,7 +140,7 @@ class Reader {
     }
   }
 
-  /// An empty field, and a column that is not there, have no value.
+  /// Returns no value for an empty field and for a missing column.
   [[nodiscard]] double value(std::size_t column, bool may_be_empty = false) const {
     if (column == kNoColumn || (may_be_empty && fields_[column].empty())) return kNoValue;
     const auto number = client::parse_number(fields_[column]);
@@ -161,7 +161,7 @@ class Reader {
     } else if (time_ns <= time_ns_) {
       fail(fmt::format("time_ns {} is not after {} of the line before", time_ns, time_ns_));
     }
-    // A task that has been restarted counts from zero.
+    // A restarted task counts from zero.
     if (cycle > cycle_before_ + 1 && recording_.cycles > 0)
       recording_.missing += static_cast<std::uint64_t>(cycle - cycle_before_) - 1;
     const bool follows = recording_.cycles > 0 && cycle == cycle_before_ + 1;
@@ -172,7 +172,7 @@ class Reader {
     time_ns_ = time_ns;
   }
 
-  /// `period_s` is since the cycle before; it is no number where that one is not there.
+  /// `period_s`: time since the previous cycle; not a number if that cycle is missing.
   void values(double period_s) {
     values_.assign(recording_.gripper_pulse() + 1, kNoValue);
     for (std::size_t i = 0; i < columns_.size(); ++i) {

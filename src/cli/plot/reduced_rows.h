@@ -8,10 +8,10 @@
 
 namespace corbot::cli::charts {
 
-/// In place of a value that is not known.
+/// Stands for a value that is not known.
 inline constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
-/// The least and the greatest of some values; without one it is empty.
+/// The least and the greatest of some values; empty without a value.
 struct Range {
   double low{std::numeric_limits<double>::infinity()};
   double high{-std::numeric_limits<double>::infinity()};
@@ -21,21 +21,22 @@ struct Range {
   void add(const Range& other) noexcept;
 };
 
-/// Rows of values over time, of which `most` at the most are kept: when there are more, each two neighbours become one with the
-/// extremes of both. So a record of any length takes the same memory, and a spike of one row stays.
+/// Rows of values over time, at most `most` of them. If there are more, each two neighbours become one row
+/// with the extremes of both. A record of any length therefore takes the same memory, and a spike of one row
+/// remains.
 class ReducedRows {
  public:
   struct Row {
     double begin_s{}, end_s{};
-    std::vector<Range> ranges;  ///< of each series
+    std::vector<Range> ranges;  ///< for each series
   };
 
   explicit ReducedRows(std::size_t series, std::size_t most = 4096) : series_(series), most_(most) {}
 
-  /// The times increase.
+  /// Adds a row; the times must increase.
   void add(double time_s, std::span<const double> values);
   [[nodiscard]] const std::vector<Row>& rows() const noexcept { return rows_; }
-  /// Of all rows.
+  /// Returns the range over all rows.
   [[nodiscard]] Range range(std::size_t series) const;
 
  private:

@@ -5,13 +5,13 @@
 
 namespace corbot::cli {
 
-/// How long a process that has ended waits to be started again: twice as long each time.
+/// Delay before a process that has ended is restarted; it doubles each time.
 class BackOff {
  public:
-  static constexpr double kFirst_s = 0.1;  // a robot should not be without its servant for long
+  static constexpr double kFirst_s = 0.1;  // a robot should not lack its servant for long
   static constexpr double kLongest_s = 5.0;
 
-  /// `was_healthy`: what has ended had run for so long that the wait begins anew.
+  /// `was_healthy`: the ended process had run long enough, so the delay begins anew.
   [[nodiscard]] double next_s(bool was_healthy) noexcept {
     last_s_ = was_healthy || last_s_ == 0 ? kFirst_s : std::min(2 * last_s_, kLongest_s);
     return last_s_;

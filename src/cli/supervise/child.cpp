@@ -30,7 +30,7 @@ namespace {
 
 constexpr std::size_t kMaxLine = 4096;
 
-/// The environment of a child. What an outer supervisor put there for this process is left out.
+/// The environment of a child, without the variables that an outer supervisor set for this process.
 class ChildEnvironment {
  public:
   explicit ChildEnvironment(const Service& service) : errors_too_(service.errors_too) {
@@ -62,7 +62,7 @@ class ChildEnvironment {
 
   [[nodiscard]] bool errors_too() const noexcept { return errors_too_; }
 
-  /// In the child, between fork and exec: writes its pid, and places the descriptors from 3 on.
+  /// Writes the pid, and places the descriptors from 3 on. Called in the child, between fork and exec.
   char* const* enter() noexcept {
     write_pid(watchdog_digits_);
     write_pid(listen_digits_);
@@ -90,7 +90,7 @@ class ChildEnvironment {
     for (auto rest = static_cast<unsigned>(::getpid()); rest != 0; rest /= 10)
       reversed[count++] = static_cast<char>('0' + rest % 10);
     for (std::size_t i = 0; i < count; ++i) at[i] = reversed[count - 1 - i];
-    at[count] = '\0';  // where there are kDigits of them, the string's own end
+    at[count] = '\0';  // with kDigits digits this is the string's own end
   }
 
   bool errors_too_;
@@ -103,12 +103,12 @@ class ChildEnvironment {
   char* listen_digits_{nullptr};
 };
 
-/// Between fork and exec: only async-signal-safe calls. Writes errno to `report` when exec fails.
+/// Runs between fork and exec: only async-signal-safe calls. Writes errno to `report` if exec fails.
 [[noreturn]] void exec_child(char* const* argv, ChildEnvironment& environment, int output, int report,
                              pid_t supervisor) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (::getppid() != supervisor) ::_exit(127);  // it died before the line above
+  if (::getppid() != supervisor) ::_exit(127);  // the supervisor died before the line above
   ::dup2(output, STDOUT_FILENO);
   if (environment.errors_too()) ::dup2(output, STDERR_FILENO);
   char* const* const entries = environment.enter();
@@ -122,7 +122,7 @@ class ChildEnvironment {
   ::_exit(127);
 }
 
-/// The two ends of a pipe, above what a child receives.
+/// Opens a pipe whose two ends are above the descriptors that a child receives.
 std::array<Descriptor, 2> open_pipe() {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0)
@@ -201,7 +201,7 @@ void Child::start(const Service& service, const std::vector<std::string>& more) 
   child_output = {};
   child_report = {};
   int error = pid < 0 ? fork_error : 0;
-  if (pid > 0) (void)!::read(report.get(), &error, sizeof(error));  // end of file once exec has succeeded
+  if (pid > 0) (void)!::read(report.get(), &error, sizeof(error));  // end of file if exec has succeeded
   if (error != 0) {
     if (pid > 0) ::waitpid(pid, nullptr, 0);
     throw Failure(ExitCode::kInternal,

@@ -13,16 +13,16 @@
 
 namespace corbot::cli {
 
-/// Path of a program of this project: beside the running executable, else the bare name for PATH.
+/// Returns the path of a program of this project: beside the running executable, else the bare name for PATH.
 [[nodiscard]] std::string beside_executable(const std::string& program);
 
-/// Path of a program beside the running executable or in PATH; nothing when there is none.
+/// Returns the path of a program beside the running executable or in PATH, or nothing if there is none.
 [[nodiscard]] std::optional<std::string> find_program(const std::string& program);
 
-/// "signal 9 (Killed)" or "exit code 1", of a wait status.
+/// Describes a wait status: "signal 9 (Killed)" or "exit code 1".
 [[nodiscard]] std::string describe_end(int wait_status);
 
-/// What a child finds in its environment, as systemd would put it there.
+/// Variables in a child's environment, like those that systemd sets.
 struct Service {
   std::string notify_socket{};             ///< NOTIFY_SOCKET; empty: none
   double watchdog_s{0};                    ///< WATCHDOG_USEC; 0: none
@@ -30,32 +30,33 @@ struct Service {
   bool errors_too{false};                  ///< its standard error is read like its output
 };
 
-/// One process under the supervisor. It has a process group of its own, so that Ctrl-C on the terminal
-/// reaches the supervisor only, which ends the children in order; the kernel sends it SIGTERM when the
-/// supervisor dies.
+/// One process under the supervisor. It has its own process group, so Ctrl-C on the terminal reaches only the
+/// supervisor, which ends the children in order. The kernel sends SIGTERM to the process when the supervisor
+/// dies.
 class Child {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `title` names it in messages.
+  /// `title` is the name in messages.
   Child(std::string title, std::vector<std::string> command);
   Child(Child&& other) noexcept;
   Child& operator=(Child&&) = delete;
-  ~Child();  ///< kills what still runs
+  ~Child();  ///< kills the process if it still runs
 
-  /// Must be called from the supervisor's main thread: the kernel ties the death signal
-  /// to the thread. `more` is added to the command. Throws Failure.
+  /// Starts the process. Only the supervisor's main thread may call it: the kernel ties the death signal to
+  /// the thread. `more` is appended to the command. Throws Failure.
   void start(const Service& service = {}, const std::vector<std::string>& more = {});
-  /// Reads what it printed; empties and returns the whole lines. Its end of file closes output_fd().
+  /// Reads the output of the process; returns and removes the whole lines. Closes output_fd() at the end of
+  /// file.
   [[nodiscard]] std::vector<std::string> read_lines();
-  /// Whether it has ended. Until reap() its pid is no other process's.
+  /// Returns true if the process has ended. No other process gets its pid before reap().
   [[nodiscard]] bool has_ended() const;
-  /// Its wait status once it has ended; reaps it.
+  /// Reaps the process if it has ended, and returns its wait status.
   [[nodiscard]] std::optional<int> reap();
-  /// Waits for its end; its wait status.
+  /// Waits for the end of the process and returns its wait status.
   [[nodiscard]] int wait();
   void send(int signal) const;
-  /// For the next start.
+  /// Sets the command of the next start.
   void set_command(std::vector<std::string> command) { command_ = std::move(command); }
 
   [[nodiscard]] const std::string& title() const noexcept { return title_; }

@@ -27,7 +27,7 @@ Console::Console(std::string robot, bool reads_input)
 
 int Console::fd() const {
   if (!open_) return -1;
-  const pid_t foreground = ::tcgetpgrp(STDIN_FILENO);  // fails where it does not control this process
+  const pid_t foreground = ::tcgetpgrp(STDIN_FILENO);  // fails if the terminal does not control this process
   return foreground < 0 || foreground == ::getpgrp() ? STDIN_FILENO : -1;
 }
 
@@ -74,7 +74,7 @@ void Console::handle(const std::string& line) {
 }
 
 void Console::stop() {
-  if (stops_.size() >= kMostStops) return;  // there are some under way
+  if (stops_.size() >= kMostStops) return;  // enough stops are under way
   try {
     Child child("corbot stop", {"/proc/self/exe", "stop", "--robot", robot_});
     child.start({.errors_too = true});

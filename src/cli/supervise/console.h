@@ -8,19 +8,20 @@
 
 namespace corbot::cli {
 
-/// The terminal of `corbot up`: Enter, or space or 's' before it, stops the arm. By a `corbot stop` of its own,
-/// so nothing that hangs there holds up the supervisor.
+/// The terminal of `corbot up`: Enter, alone or after space or 's', stops the arm. It runs a separate `corbot
+/// stop`, so a stop that hangs does not block the supervisor.
 class Console {
  public:
-  /// Does nothing where standard input is no terminal, or something else reads it.
+  /// Does nothing if standard input is not a terminal, or something else reads it.
   Console(std::string robot, bool reads_input);
 
-  /// To be polled for input; −1: there is none, or this process is in the background and may not read.
+  /// Returns the descriptor to poll for input, or −1: there is none, or this process is in the background and
+  /// may not read.
   [[nodiscard]] int fd() const;
-  /// Handles what was typed, and what became of the stops.
+  /// Handles the input and the results of the stops.
   void step();
 
-  /// What a person should know of it; empty where it does nothing.
+  /// Returns a hint for a person, or "" if the console does nothing.
   [[nodiscard]] std::string hint() const;
 
  private:

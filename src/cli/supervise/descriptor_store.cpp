@@ -13,7 +13,7 @@ namespace corbot::cli {
 
 namespace {
 
-/// systemd's rule: printable ASCII without a colon, at most 255.
+/// Implements systemd's rule: printable ASCII without a colon, at most 255 characters.
 bool is_fd_name(std::string_view name) {
   return !name.empty() && name.size() <= 255 &&
          std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c < 127 && c != ':'; });

@@ -28,10 +28,10 @@ using client::supervisor_of;
 
 namespace {
 
-/// Three children, five seconds each before they are killed, and some.
+/// Three children with five seconds each before they are killed, plus a margin.
 constexpr int kShutdownTimeout_ms = 20'000;
 
-/// `option`, the value of --robot, or $CORBOT_ROBOT, or the only one that is up.
+/// Returns the robot by `option` (the value of --robot), $CORBOT_ROBOT, or the only one that is up.
 std::string robot_meant(const std::string& option) {
   const char* const environment = std::getenv("CORBOT_ROBOT");
   std::string given = !option.empty() ? option : environment != nullptr ? environment : "";
@@ -57,8 +57,8 @@ std::string robot_meant(const std::string& option) {
                                               fmt::join(names, " | ")));
 }
 
-/// Sends SIGTERM to the supervisor and waits for its end. Through a pidfd the signal cannot reach another
-/// process that has got the same pid meanwhile, provided that this pid holds the lock after the pidfd was opened.
+/// Sends SIGTERM to the supervisor and waits for its end. With a pidfd the signal cannot reach another
+/// process that has reused the pid, if the pid holds the lock after the pidfd was opened.
 void end_supervisor(const std::string& name, pid_t pid) {
   const int fd = static_cast<int>(::syscall(SYS_pidfd_open, pid, 0));
   if (fd < 0) {
@@ -85,7 +85,7 @@ void end_supervisor(const std::string& name, pid_t pid) {
   }
 }
 
-/// A command that removes stale files has the lock for an instant, too: it counts as up when it stays.
+/// Returns true if the robot stays up. A command that removes stale files also holds the lock for an instant.
 bool is_up_still(const std::string& name) {
   for (int look = 0; look < 20; ++look) {
     if (!is_up(name)) return false;

@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kMaxMessage = 4096;
 constexpr std::size_t kMaxDescriptors = 253;  // the kernel's SCM_MAX_FD
 
-/// Takes what came with a message. False when something of it was cut off.
+/// Takes the ancillary data of a message. Returns false if a part was cut off.
 bool read_ancillary(msghdr& message, Notification& out) {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET) continue;
@@ -90,7 +90,7 @@ void NotifySocket::open() {
   const int on = 1;
   if (fd.get() < 0 || ::setsockopt(fd.get(), SOL_SOCKET, SO_PASSCRED, &on, sizeof(on)) != 0)
     throw system_failure(path_, errno);
-  ::unlink(path_.c_str());  // of a supervisor that died; the lock beside it says that none lives
+  ::unlink(path_.c_str());  // left by a supervisor that died; the lock beside it proves that none lives
   struct stat status {};
   if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
       ::chmod(path_.c_str(), 0600) != 0 || ::lstat(path_.c_str(), &status) != 0) {

@@ -13,7 +13,7 @@ namespace corbot::cli {
 
 /// One message of the protocol of sd_notify(3).
 struct Notification {
-  pid_t sender{};  ///< as the kernel says, not as the message does
+  pid_t sender{};  ///< verified by the kernel, not taken from the message
   bool ready{false};
   bool watchdog{false};
   bool store{false};                  ///< FDSTORE=1
@@ -23,11 +23,11 @@ struct Notification {
   std::vector<Descriptor> descriptors;
 };
 
-/// The fields of a message that corbot knows; others are left out, as systemd does.
+/// Parses the fields that corbot knows and ignores others, like systemd.
 [[nodiscard]] Notification parse_notification(std::string_view text);
 
-/// The socket to which children report that they are ready and well, as they would to systemd:
-/// $NOTIFY_SOCKET. A file in a directory that only this user may enter, so no other user can fill its queue.
+/// The socket $NOTIFY_SOCKET on which children report that they are ready and alive, as they would to
+/// systemd. Its file is in a directory that only this user may enter, so no other user can fill its queue.
 class NotifySocket {
  public:
   /// Throws Failure.
@@ -36,9 +36,9 @@ class NotifySocket {
   NotifySocket& operator=(const NotifySocket&) = delete;
   ~NotifySocket();
 
-  /// The next message that is whole; nothing when there is none.
+  /// Returns the next complete message, or nothing.
   [[nodiscard]] std::optional<Notification> receive();
-  /// Makes the socket anew where its file has been removed: children could reach it no more.
+  /// Creates the socket anew if its file was removed: children could not reach it any more.
   void restore();
 
   [[nodiscard]] int fd() const noexcept { return fd_.get(); }

@@ -41,7 +41,7 @@ std::size_t LineOutput::put(std::string_view text) const noexcept {
       written = ::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
       break;
     case Kind::kOther: {
-      // A file; or a terminal of another user's, which may be stopped in the moment between.
+      // A file, or another user's terminal, which may be stopped in the moment between.
       pollfd room{fd_, POLLOUT, 0};
       if (::poll(&room, 1, 0) == 1 && (room.revents & POLLOUT) != 0)
         written = ::write(fd_, text.data(), text.size());

@@ -29,7 +29,7 @@ std::vector<std::string> with_state(std::vector<std::string> command, const UpOp
 
 Supervisor::Spec naming_service(int port, const std::string& log_directory) {
   const std::string text = fmt::format("{}", port);
-  // It refuses -start over a log that exists, which holds the port and all names.
+  // omniNames refuses -start if a log exists; the log contains the port and all names.
   std::vector<std::string> restart{"omniNames",
                                    "-logdir",
                                    log_directory,
@@ -47,7 +47,7 @@ Supervisor::Spec naming_service(int port, const std::string& log_directory) {
 
 Supervisor::Spec real_time_task(const UpOptions& options, const RobotState& state, const Profile& profile,
                                 std::string& position) {
-  // Its loop stood still for longer than is allowed without a person's Clear.
+  // The loop stalled for longer than is allowed without a person's Clear.
   const bool is_fault = profile.supervisor.respond_s * 1e9 >= static_cast<double>(profile.gap_fault_ns);
   const std::vector<std::string> after_gap =
       is_fault ? std::vector<std::string>{"--after-gap"} : std::vector<std::string>{};

@@ -17,9 +17,9 @@ inline constexpr const char* kRealTimeTask = "real-time task";
 inline constexpr const char* kServant = "servant";
 inline constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
 
-/// `log_directory`: its memory of the names.
+/// `log_directory` stores its names.
 [[nodiscard]] Supervisor::Spec naming_service(int port, const std::string& log_directory);
-/// `position` receives what the task reports of the arm's position.
+/// `position` receives the task's report on the arm's position.
 [[nodiscard]] Supervisor::Spec real_time_task(const UpOptions& options, const client::RobotState& state,
                                               const Profile& profile, std::string& position);
 /// `state` receives the servant's address.

@@ -29,14 +29,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kEndWithin_ms = 20'000;  // a supervisor ends three children, five seconds each at most
+constexpr int kEndWithin_ms = 20'000;  // a supervisor ends three children in five seconds each at most
 constexpr int kDieWithin_ms = 5'000;
 
-/// The file name of a process's program; empty where it is not this user's.
+/// Returns the file name of a process's program, or "" if the process is not this user's.
 std::string program_of(pid_t pid) {
   std::error_code error;
   std::string file = fs::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename().string();
-  constexpr std::string_view kReplaced = " (deleted)";  // by another version
+  constexpr std::string_view kReplaced = " (deleted)";  // after an upgrade of the program
   if (file.ends_with(kReplaced)) file.resize(file.size() - kReplaced.size());
   return error ? "" : file;
 }
@@ -53,7 +53,7 @@ pid_t parent_of(pid_t pid) {
   return parent;
 }
 
-/// Does it hold a descriptor of that robot's shared memory?
+/// Returns true if the process holds a descriptor of that robot's shared memory.
 bool holds_memory_of(pid_t pid, const std::string& name) {
   const std::string memfd = fmt::format("/memfd:corbot.{} (deleted)", name);
   std::error_code error;
@@ -66,7 +66,8 @@ bool holds_memory_of(pid_t pid, const std::string& name) {
   return false;
 }
 
-/// Through a pidfd, so no other process of that pid is hit. Its pidfd; none: it has ended. Throws Failure.
+/// Sends a signal through a pidfd, so that it hits no other process with that pid. Returns the pidfd, or none
+/// if the process has ended. Throws Failure.
 Descriptor signal_process(pid_t pid, const std::string& program, int signal) {
   Descriptor fd(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
   if (fd.get() < 0 || program_of(pid) != program) return {};
@@ -129,7 +130,7 @@ void end_robot(const std::string& name) {
     if (!end_process(pid, program, SIGTERM, kEndWithin_ms))
       (void)end_process(pid, program, SIGKILL, kDieWithin_ms);
   }
-  for (const RobotProcess& process : find_robot_processes(name)) {  // whose supervisor had to be killed
+  for (const RobotProcess& process : find_robot_processes(name)) {  // their supervisor had to be killed
     if (!end_process(process.pid, process.program, SIGKILL, kDieWithin_ms)) {
       throw Failure(ExitCode::kInternal,
                     fmt::format("{} does not end, even by SIGKILL: it waits in the kernel for a device",

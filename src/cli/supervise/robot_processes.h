@@ -15,17 +15,19 @@ struct RobotProcess {
   pid_t supervisor;     ///< the `corbot up` that started it; 0: none
 };
 
-/// Those of this user that live, the servants first; wherever their supervisor keeps its files.
+/// Returns the living processes of this user, the servants first. The location of their supervisor's files
+/// does not matter.
 [[nodiscard]] std::vector<RobotProcess> find_robot_processes(const std::string& name);
 
-/// "corbot up (pid 12)" or "corbot-rt (pid 13), corbot-servant (pid 14)".
+/// Returns "corbot up (pid 12)" or "corbot-rt (pid 13), corbot-servant (pid 14)".
 [[nodiscard]] std::string describe(const std::vector<RobotProcess>& processes);
 
-/// Sends a signal to its servant. False where this user has none. Throws Failure when it cannot be sent.
+/// Sends a signal to the robot's servant. Returns false if this user has none. Throws Failure if the signal
+/// cannot be sent.
 [[nodiscard]] bool signal_servant(const std::string& name, int signal);
 
-/// Ends them by SIGTERM, through their supervisor where they have one; by SIGKILL what has not ended after
-/// that. Throws Failure for one that does not end.
+/// Ends the processes by SIGTERM, through their supervisor if they have one, and then by SIGKILL if
+/// necessary. Throws Failure if one does not end.
 void end_robot(const std::string& name);
 
 }  // namespace corbot::cli

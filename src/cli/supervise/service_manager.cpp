@@ -40,7 +40,7 @@ std::vector<DescriptorStore::Item> ServiceManager::take(const std::string& title
 }
 
 void ServiceManager::store(const std::string& title, const std::string& name, int fd) const {
-  // FDPOLL=0: it is kept whatever poll(2) says of it.
+  // FDPOLL=0: systemd keeps the descriptor whatever poll(2) returns for it.
   const std::string text = "FDSTORE=1\nFDPOLL=0\nFDNAME=" + full_name(title, name);
   (void)::sd_pid_notify_with_fds(0, 0, text.c_str(), &fd, 1);
 }

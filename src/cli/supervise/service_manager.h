@@ -9,14 +9,15 @@
 
 namespace corbot::cli {
 
-/// What supervises `corbot up` itself: systemd where it runs as a unit of Type=notify, or nothing. It hears
-/// that the robot is up and well, and keeps the descriptors of the processes, so that they outlive this one.
+/// The supervisor of `corbot up` itself: systemd for a unit of Type=notify, or none. It receives the
+/// notifications that the robot is ready and alive. It stores the descriptors of the processes, so that they
+/// outlive this one.
 class ServiceManager {
  public:
-  /// Takes the descriptors that were kept for this process. To be made before any other file is opened.
+  /// Takes the descriptors that were stored for this process. Must precede the opening of any other file.
   ServiceManager();
 
-  /// Those that were kept for a process of this title; once.
+  /// Returns, once, the descriptors stored for a process of this title.
   [[nodiscard]] std::vector<DescriptorStore::Item> take(const std::string& title);
   void store(const std::string& title, const std::string& name, int fd) const;
   void remove(const std::string& title, const std::string& name) const;
@@ -28,7 +29,7 @@ class ServiceManager {
 
  private:
   std::vector<DescriptorStore::Item> kept_;  ///< named "TITLE/NAME"
-  std::chrono::microseconds interval_{0};    ///< 0: not watched
+  std::chrono::microseconds interval_{0};    ///< 0: no watchdog
   std::chrono::steady_clock::time_point fed_{};
 };
 

@@ -35,7 +35,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// Is the open file still the one of that name?
+/// Returns true if the open file still has a name.
 bool is_linked(int fd) {
   struct stat status {};
   return ::fstat(fd, &status) == 0 && status.st_nlink > 0;
@@ -48,8 +48,9 @@ bool is_same_file(int fd, const fs::path& path) {
          opened.st_ino == named.st_ino;
 }
 
-/// Takes both locks of an open lock file. The record lock names this process to supervisor_of(); the kernel drops it
-/// when the process closes any descriptor of the file, so only descriptors of a lock that was refused are closed.
+/// Takes both locks of an open lock file. The record lock gives this process's pid to supervisor_of(). The
+/// kernel drops it when the process closes any descriptor of the file, so the process closes only descriptors
+/// of a refused lock.
 bool take(int fd) {
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) return false;
   struct flock record {};
@@ -92,16 +93,15 @@ StateLock::StateLock(StateLock&& other) noexcept
 
 StateLock::~StateLock() {
   if (fd_ < 0) return;
-  // Before the lock is released, so that a successor's files are not hit. Where the lock's own file is gone,
-  // or another's, so may be all others.
+  // Precedes the release of the lock, so that a successor's files stay. If the lock's own file is gone or
+  // replaced, all other files may be replaced, too.
   if (is_same_file(fd_, directory_ / (name_ + ".lock"))) remove_files(directory_, name_);
   ::close(fd_);
 }
 
 std::optional<StateLock> StateLock::acquire(const std::string& name) {
   const fs::path directory = state_directory(true);
-  // A reader that tests the lock holds it for an instant; so one refusal is not
-  // yet proof of another supervisor.
+  // A reader that tests the lock holds it for an instant, so one refusal does not prove another supervisor.
   for (int attempt = 0; attempt < 20; ++attempt) {
     const int fd = open_lock(directory, name, O_RDWR | O_CREAT);
     if (fd < 0) throw system_failure(directory / (name + ".lock"), errno);
@@ -158,7 +158,7 @@ std::vector<std::string> stale_robots() {
 }
 
 bool remove_stale(const std::string& name) {
-  const auto lock = StateLock::acquire(name);  // its end removes the files
+  const auto lock = StateLock::acquire(name);  // its destructor removes the files
   if (!lock) return false;
   const bool had_state = read_state(name).has_value();
   const bool had_socket = remove_left_behind(name);

@@ -10,26 +10,27 @@
 
 namespace corbot::cli {
 
-/// The supervisor's side: what commands find of a robot that is up, and what its processes read. All of it
-/// goes away with this object.
+/// The supervisor's files: those with which commands find a running robot, and those that its processes read.
+/// The destructor removes all of them.
 class StateLock {
  public:
-  /// Nothing when another supervisor has the name.
+  /// Returns nothing if another supervisor has the name.
   [[nodiscard]] static std::optional<StateLock> acquire(const std::string& name);
   StateLock(StateLock&& other) noexcept;
   StateLock& operator=(StateLock&&) = delete;
   ~StateLock();
 
-  /// Replaces the file at once: readers see the old or the new one.
+  /// Replaces the file atomically: readers see the old or the new one.
   void write(const client::RobotState& state);
-  /// The profile as it was at the start, for the processes: an edit takes effect at the next 'corbot up'.
+  /// Writes the profile as it was at the start, for the processes: an edit takes effect at the next 'corbot
+  /// up'.
   void write_profile(std::string text);
   [[nodiscard]] std::string profile_path() const { return (directory_ / (name_ + ".toml")).string(); }
 
-  /// Puts back what has been removed, the directory included. Throws Failure.
+  /// Restores removed files, the directory included. Throws Failure.
   void restore();
 
-  /// Where the supervisor's socket for its children belongs.
+  /// Returns the path of the supervisor's socket for its children.
   [[nodiscard]] std::string notify_path() const { return (directory_ / (name_ + ".notify")).string(); }
 
  private:
@@ -41,11 +42,11 @@ class StateLock {
   std::string profile_{};
 };
 
-/// Names of the robots that are not up but have files or a socket, sorted.
+/// Returns the names of the robots that are not up but have files or a socket, sorted.
 [[nodiscard]] std::vector<std::string> stale_robots();
 
-/// Removes the files of a supervisor that died, and the socket of a task that was killed. True when there was
-/// something. Does nothing while the robot is up.
+/// Removes the files of a supervisor that died, and the socket of a task that was killed. Returns true if
+/// there were any. Does nothing while the robot is up.
 bool remove_stale(const std::string& name);
 
 }  // namespace corbot::cli

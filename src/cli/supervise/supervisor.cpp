@@ -25,7 +25,7 @@ using client::Failure;
 namespace {
 
 constexpr double kPollInterval_s = 0.1;
-constexpr double kHealthyAfter_s = 10.0;  // of running: then the next back-off is the first one again
+constexpr double kHealthyAfter_s = 10.0;  // of running: the next back-off then begins anew
 constexpr double kOwnGap_s = 0.5;         // between two steps: this process was stopped, or had no processor
 
 double seconds_since(Child::Clock::time_point instant) {
@@ -103,11 +103,11 @@ bool Supervisor::step() {
 void Supervisor::supervise(Entry& entry) {
   read_output(entry);
   if (entry.child.has_ended()) {
-    read_notifications();  // what it sent before its end; its pid is no other's until it is reaped
+    read_notifications();  // messages from before its end; no other process has its pid before it is reaped
     read_output(entry);
     const int status = entry.child.reap().value_or(0);
     const std::string how = describe_end(status);
-    // RLIMIT_RTTIME: it computed without end, and made no cycle meanwhile.
+    // RLIMIT_RTTIME: it computed without end, and completed no cycle meanwhile.
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) entry.was_frozen = true;
     if (!options_.restarts) {
       entry.ready = false;
@@ -139,8 +139,8 @@ void Supervisor::start_child(Entry& entry) {
   entry.child.start(service, was_frozen ? entry.spec.after_unresponsive : std::vector<std::string>{});
 }
 
-/// SIGKILL and no SIGTERM: what a process does that was frozen and is thawed cannot be foreseen, and a
-/// restarted task takes the arm over from what the killed one wrote.
+/// Uses SIGKILL instead of SIGTERM, because the behaviour of a frozen process that resumes is unpredictable.
+/// A restarted task takes the arm over from the data that the killed one wrote.
 void Supervisor::kill_unresponsive(Entry& entry) {
   if (entry.was_killed) return;
   const std::string status =
@@ -231,8 +231,8 @@ void Supervisor::apply(Entry& entry, Notification& notification) {
   if (notification.ready && !entry.spec.is_ready) set_ready(entry);
 }
 
-/// Messages lie in the queue while this process does not run, and what finds no room there is late: that is
-/// no fault of the children.
+/// Excludes the time in which this process did not run. Messages then wait in the queue, or are late if the
+/// queue is full; the children are not at fault.
 void Supervisor::allow_for_own_gap() {
   const auto now = Clock::now();
   const auto gap = now - std::exchange(last_step_, now);

@@ -57,7 +57,7 @@ class LogDirectory {
   fs::path path_;
 };
 
-/// A profile and the text that it was made from, which the processes get, too.
+/// A profile and its source text, which the processes get, too.
 struct ProfileText {
   std::string text;
   Profile profile;
@@ -78,7 +78,7 @@ void check_free(const std::string& host, int port, const std::string& fix) {
   if (!why.empty()) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, fix));
 }
 
-/// What is to be started, from the command line and the profile.
+/// Returns the plan of the start, from the command line and the profile.
 RobotState plan(const UpOptions& options, const Profile& profile) {
   RobotState state;
   state.name = options.name.empty() ? profile.name : options.name;
@@ -107,15 +107,15 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   return state;
 }
 
-/// The name is this supervisor's from now on. What holds it, wherever its files are, is left alone, or ended
-/// with --replace.
+/// Claims the name for this supervisor. Processes that hold it, wherever their files are, are left alone, or
+/// ended with --replace.
 StateLock take_name(const std::string& name, bool replace) {
   if (replace) {
     if (client::is_up(name)) down(name, "");
     std::fflush(stdout);
     end_robot(name);
   }
-  // The processes of a supervisor that was killed end by themselves: a moment for that.
+  // The processes of a supervisor that was killed end by themselves: wait briefly for that.
   auto processes = find_robot_processes(name);
   for (int waited_ms = 0; waited_ms < kEndingWithin_ms && !processes.empty() && !client::is_up(name);
        waited_ms += 100) {
@@ -146,7 +146,7 @@ void announce(const RobotState& state, int naming_port, const std::string& posit
       console.hint()));
 }
 
-/// The files by which commands find the robot. They may be removed while it runs; that ends nothing.
+/// The files with which commands find the robot. Their removal does not end the robot.
 class StateFiles {
  public:
   explicit StateFiles(StateLock& lock) : lock_(lock) {}
@@ -172,7 +172,7 @@ class StateFiles {
   bool lost_{false};
 };
 
-/// Until a signal requests the end. Throws Failure.
+/// Supervises until a signal requests the end. Throws Failure.
 void supervise(const UpOptions& options, const Profile& profile, RobotState& state, StateLock& lock,
                ServiceManager& manager, const LogDirectory* log_directory) {
   std::string position;
@@ -217,7 +217,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   supervisor.stop_all();
 }
 
-/// Removes, at the end of its scope, the socket that a real-time task left which had to be killed.
+/// Removes, at the end of its scope, the socket of a real-time task that had to be killed.
 struct SocketRemover {
   const std::string& name;
   ~SocketRemover() { remove_left_behind(name); }

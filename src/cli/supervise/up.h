@@ -7,11 +7,11 @@
 
 namespace corbot::cli {
 
-/// In the foreground until a signal; see corbot(1). Throws Failure.
+/// Runs a robot in the foreground until a signal; see corbot(1). Throws Failure.
 void up(const UpOptions& options);
 
-/// Ends the supervisor of a robot and waits for its end; removes the stale files of a dead one. Without
-/// `wanted` it is the robot of `robot`, the value of --robot, or of $CORBOT_ROBOT, or the only one. Throws Failure.
+/// Ends the supervisor of a robot and waits for its end; removes the stale files of a dead one. The robot is
+/// `wanted`, else `robot` (the value of --robot), $CORBOT_ROBOT, or the only one. Throws Failure.
 void down(const std::string& wanted, const std::string& robot);
 
 }  // namespace corbot::cli

@@ -15,8 +15,8 @@ struct UpOptions {
   std::string realtime{"best-effort"};
   bool simulated{false};        ///< refuse a profile that drives a device
   bool until_eof{false};        ///< the end of standard input ends the robot
-  bool replace{false};          ///< end what runs under that name
-  std::string state_directory;  ///< of the last position; empty: the default one
+  bool replace{false};          ///< end the processes under that name
+  std::string state_directory;  ///< directory of the last position; empty: the default one
 };
 
 }  // namespace corbot::cli
