@@ -18,7 +18,7 @@ namespace corbot {
 namespace {
 
 constexpr int kFirst = 3;      // SD_LISTEN_FDS_START
-constexpr int kAtMost = 1024;  // more is no count of descriptors
+constexpr int kAtMost = 1024;  // a larger number is not a valid count of descriptors
 
 int number_of(const char* name) {
   const char* const text = std::getenv(name);

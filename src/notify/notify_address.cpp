@@ -12,7 +12,7 @@ NotifyAddress notify_address() noexcept {
   NotifyAddress result;
   const char* const text = std::getenv("NOTIFY_SOCKET");
   const std::string_view path = text == nullptr ? std::string_view() : std::string_view(text);
-  // A path, or a name in the kernel's own name space, which begins with '@'.
+  // A path, or a name in the kernel's abstract name space, which begins with '@'.
   if (path.size() < 2 || (path[0] != '/' && path[0] != '@') || path.size() >= sizeof(result.address.sun_path))
     return result;
   result.address.sun_family = AF_UNIX;

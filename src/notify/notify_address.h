@@ -6,14 +6,15 @@
 
 namespace corbot {
 
-/// Where the supervisor of this process, systemd or `corbot up`, receives reports: NOTIFY_SOCKET.
+/// The address at which the supervisor of this process, systemd or `corbot up`, receives reports:
+/// NOTIFY_SOCKET.
 struct NotifyAddress {
   sockaddr_un address{};
-  socklen_t size{0};  ///< 0: there is none
+  socklen_t size{0};  ///< 0: there is no supervisor
 };
 
 [[nodiscard]] NotifyAddress notify_address() noexcept;
-/// Whether this process has a supervisor: it keeps descriptors for the next one, and starts it.
+/// Returns true if this process has a supervisor, which keeps descriptors for the next process and starts it.
 [[nodiscard]] inline bool is_supervised() noexcept { return notify_address().size != 0; }
 
 }  // namespace corbot

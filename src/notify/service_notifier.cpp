@@ -48,7 +48,8 @@ bool ServiceNotifier::send(std::string_view text) const noexcept {
                   address_.size) == static_cast<ssize_t>(text.size());
 }
 
-/// A supervisor whose queue is full, or whose socket is gone for a moment, gets it the next time.
+/// Reports readiness. If the supervisor's queue is full or its socket is absent, the next call sends it
+/// again.
 void ServiceNotifier::ready() {
   if (!is_ready_sent_) is_ready_sent_ = send("READY=1");
 }

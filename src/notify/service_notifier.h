@@ -8,10 +8,11 @@
 
 namespace corbot {
 
-/// Reports to the supervisor of this process, systemd or `corbot up`, that it is ready and well:
-/// sd_notify(3), whose protocol is stable and a datagram. Not by libsystemd, which would bring five
-/// libraries for compression and cryptography into the locked memory of the real-time process. Where the
-/// environment names no supervisor nothing happens. Not thread-safe, not real-time safe; never blocks.
+/// Reports to the supervisor of this process, systemd or `corbot up`, that the process is ready and alive. It
+/// uses the protocol of sd_notify(3), which is stable and consists of datagrams. It does without libsystemd,
+/// which would bring five libraries for compression and cryptography into the locked memory of the real-time
+/// process. Without a supervisor in the environment it does nothing. Not thread-safe, not real-time safe;
+/// never blocks.
 class ServiceNotifier {
  public:
   /// Reads NOTIFY_SOCKET, WATCHDOG_USEC and WATCHDOG_PID.
@@ -20,9 +21,9 @@ class ServiceNotifier {
   ServiceNotifier& operator=(const ServiceNotifier&) = delete;
   ~ServiceNotifier();
 
-  /// The service does its work from now on. Sent once.
+  /// Reports that the service works from now on. Sent once.
   void ready();
-  /// This process has just been seen to advance. To be called as often as that is seen; sent a few times an
+  /// Reports that this process advances. To be called whenever that is observed; sends a few reports per
   /// interval.
   void alive();
 
