@@ -18,14 +18,14 @@ namespace {
 
 /// Short enough for a progress bar, and well below any sensible --timeout.
 constexpr double kPollInterval_s = 0.1;
-/// A servant that was restarted, or a network that was cut for a moment, is back within this time or so.
+/// Time within which a restarted servant or a briefly interrupted network is back.
 constexpr std::chrono::seconds kReconnect{2};
 
 Corbot::Point point(const Request& request, std::size_t first) {
   return {request.numbers[first], request.numbers[first + 1], request.numbers[first + 2]};
 }
 
-/// A point and, if they are there, the numbers of an orientation.
+/// Returns a point and, if given, the numbers of an orientation.
 Corbot::Pose pose(const Request& request) {
   return {point(request, 0), orientation_of(std::span(request.numbers).subspan(3))};
 }
@@ -59,10 +59,10 @@ Corbot::JointCoord joints(const Request& request) {
   return target;
 }
 
-/// Of one joint; the others keep theirs.
+/// Sets the limits of one joint; the other joints keep theirs.
 void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
   Corbot::JointRanges_var limits = arm.SoftLimits();
-  if (limits->length() == 0) limits = arm.MovRange();  // what was saved is not known
+  if (limits->length() == 0) limits = arm.MovRange();  // the saved limits are not known
   const auto joint = static_cast<CORBA::ULong>(numbers[0]);
   if (joint >= limits->length()) {
     throw Failure(ExitCode::kUsage,
@@ -72,15 +72,15 @@ void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
   arm.SetSoftLimits(limits.in());
 }
 
-/// X Y Z, and an orientation where one is given.
+/// Returns X Y Z, and an orientation if one is given.
 Corbot::Pose frame(const std::vector<double>& n) {
   const Corbot::Quaternion turned =
       n.size() > 3 ? Corbot::Quaternion{n[3], n[4], n[5], n[6]} : Corbot::Quaternion{1.0, 0.0, 0.0, 0.0};
   return {{n[0], n[1], n[2]}, turned};
 }
 
-/// A corbaloc without a GIOP version, which would mean 1.0, with 1.2: a servant on ORBit2 replies to 1.0 in
-/// another version when it does not know the object, and the connection breaks.
+/// Adds GIOP version 1.2 to a corbaloc without a version, which would mean 1.0. A servant on ORBit2 that does
+/// not know the object replies to 1.0 in another version, and the connection breaks.
 std::string with_giop_version(const std::string& reference) {
   for (const char* scheme : {"corbaloc::", "corbaloc:iiop:"}) {
     const std::size_t length = std::char_traits<char>::length(scheme);
@@ -97,14 +97,14 @@ std::string with_giop_version(const std::string& reference) {
 Corbot::Quaternion orientation_of(std::span<const double> numbers) {
   if (numbers.empty()) return {1.0, 0.0, 0.0, 0.0};
   if (numbers.size() > 3) return {numbers[0], numbers[1], numbers[2], numbers[3]};
-  // Its pitch counts upward, against the y axis.
+  // The pitch counts upward, against the y axis.
   const Quaternion q = about({0, 0, 1}, to_radians(numbers[0])) * about({0, 1, 0}, -to_radians(numbers[1])) *
                        about({1, 0, 0}, to_radians(numbers[2]));
   return {q.w, q.x, q.y, q.z};
 }
 
 CORBA::ORB_var start_orb(double timeout_s) {
-  // Trace level 0: lost connections are reported here, not by the ORB.
+  // Trace level 0: this file reports lost connections, not the ORB.
   const char* options[][2] = {{"traceLevel", "0"}, {"maxGIOPConnectionPerServer", "20"}, {nullptr, nullptr}};
   int argc = 0;
   try {
@@ -125,7 +125,7 @@ CORBA::Object_var find_object(CORBA::ORB_ptr orb, const Address& address) {
   try {
     return orb->string_to_object(with_giop_version(address.uri).c_str());
   } catch (const CORBA::MARSHAL&) {
-    throw explain(CORBA::INV_OBJREF(), address);  // it was not even sent to anything
+    throw explain(CORBA::INV_OBJREF(), address);  // the request was not sent
   } catch (const CORBA::SystemException& e) {
     throw explain(e, address);
   }
@@ -205,8 +205,8 @@ std::string Client::perform(const Request& given, const ProgressReport& report) 
   const Request request = with_joint_number(given);
   if (spec_of(request.verb).motion) {
     const Corbot::Ticket ticket = start(request);
-    // The flag is set before the arm is stopped: either the Stop came after this motion
-    // was accepted, or this sees it.
+    // The flag is set before the arm is stopped. Either the Stop came after this motion was accepted, or this
+    // line sees the flag.
     if (cancelled_) stop();
     return lengthening(request.time_s, wait(ticket, report));
   }
@@ -339,7 +339,7 @@ std::optional<Corbot::JointInfo> Client::info_of(CORBA::Long joint) const {
     const auto index = static_cast<CORBA::ULong>(joint);
     return index < joints->length() ? std::optional(joints.in()[index]) : std::nullopt;
   } catch (const CORBA::Exception&) {
-    return std::nullopt;  // of an earlier version, or gone: the refusal itself is what counts
+    return std::nullopt;  // an older servant, or no connection: the refusal itself matters
   }
 }
 
@@ -347,7 +347,7 @@ Corbot::MotionInfo_var Client::follow(Corbot::Ticket ticket) {
   try {
     return arm_->Wait(ticket, kPollInterval_s);
   } catch (const Corbot::QueueFull&) {
-    // Other calls have all the places for waiting: the motion is not concerned.
+    // Other calls occupy all slots for waiting; the motion is not affected.
     std::this_thread::sleep_for(std::chrono::duration<double>(kPollInterval_s));
     return arm_->Progress(ticket);
   }
@@ -363,7 +363,7 @@ double Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
     } catch (const Corbot::BadParameter&) {
       throw unknown_end(ticket, "the servant was restarted and does not know the motion");
     } catch (const CORBA::SystemException& e) {
-      // A servant gave the ticket away: the motion is accepted, whatever has become of the connection.
+      // A servant issued the ticket: the motion is accepted, even if the connection is lost.
       const auto now = std::chrono::steady_clock::now();
       if (!lost) lost = now;
       if (is_call_timeout(e) || now - *lost > kReconnect)

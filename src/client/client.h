@@ -12,31 +12,35 @@
 
 namespace corbot::client {
 
-/// The address of the robot of `--robot`. Empty: $CORBOT_ROBOT, or the one that is up here. Takes a
-/// corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws Failure.
+/// Returns the address of the robot in `--robot`, or if empty in $CORBOT_ROBOT, or of the one that is up
+/// here. Accepts a corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws
+/// Failure.
 [[nodiscard]] Address find_robot(const std::string& robot);
 
-/// The rotation of three angles as CartCoord has them, degrees, or of a quaternion w x y z; of nothing: none.
+/// Returns the rotation of three angles in degrees (as in CartCoord) or of a quaternion w x y z. No numbers
+/// give no rotation.
 [[nodiscard]] Corbot::Quaternion orientation_of(std::span<const double> numbers);
 
-/// With the joint's number in place of its name, one of `names`. Throws Failure, kUsage, where no joint has that name.
+/// Replaces the joint's name, one of `names`, by its number. Throws Failure, kUsage, if no joint has that
+/// name.
 [[nodiscard]] Request with_joint_number(const Request& request, std::span<const std::string> names);
 
-/// The arm moves, and Client::plan() says how.
+/// Returns true if the arm moves and Client::plan() can plan the motion.
 [[nodiscard]] bool is_planned(Verb verb) noexcept;
 
-/// A line for the user where a robot has planned more time than --time says; else nothing.
+/// Returns a line for the user if a robot has planned more time than --time; else "".
 [[nodiscard]] std::string lengthening(double wanted_s, double planned_s);
 
-/// Progress of the motion under way, 0 … 1; called several times a second from the thread that waits.
+/// Reports the progress of the motion, 0 … 1; the waiting thread calls it several times a second.
 using ProgressReport = std::function<void(double)>;
 
-/// The ORB of a client. `timeout_s` bounds each call through a reference without a time-out of its own. Throws Failure.
+/// Starts the ORB of a client. `timeout_s` bounds each call through a reference without its own time-out.
+/// Throws Failure.
 [[nodiscard]] CORBA::ORB_var start_orb(double timeout_s);
-/// A new reference to the object at the address; nothing is called. Throws Failure.
+/// Returns a new reference to the object at the address without a call. Throws Failure.
 [[nodiscard]] CORBA::Object_var find_object(CORBA::ORB_ptr orb, const Address& address);
 
-/// One robot behind the ORB. Thread-safe, as the stubs are; every CORBA exception leaves as a Failure.
+/// One robot behind the ORB. Thread-safe, like the stubs. Turns every CORBA exception into a Failure.
 class Client {
  public:
   /// Connects. `timeout_s` bounds each call, not the motion that it starts.
@@ -48,24 +52,25 @@ class Client {
   [[nodiscard]] const Address& address() const noexcept { return address_; }
   [[nodiscard]] Corbot::Arm_ptr arm() const noexcept { return arm_.in(); }
 
-  /// Executes a request and returns when it is done. Throws Failure: kStopped when a Stop or a Cancel ended the
-  /// motion, kUnreachable when what became of it is unknown. Returns a line for the user where the robot has taken more time
-  /// than --time says; else nothing.
+  /// Executes a request and returns when it is done. Throws Failure: kStopped if a Stop or a Cancel ended the
+  /// motion, kUnreachable if its outcome is unknown. Returns a line for the user if the robot has taken more
+  /// time than --time; else "".
   [[nodiscard]] std::string perform(const Request& request, const ProgressReport& report = {});
 
-  /// What perform() would start now; nothing moves. A motion of the arm, see is_planned(). Throws Failure.
+  /// Plans the motion that perform() would start now; nothing moves. The request must be a motion of the arm,
+  /// see is_planned(). Throws Failure.
   [[nodiscard]] Corbot::PlanInfo_var plan(const Request& request);
 
-  /// Pre-empts whatever moves; returns at rest.
+  /// Pre-empts all motion; returns at rest.
   void stop();
 
-  /// Takes exclusive control; the reference through which its holder works, as text.
+  /// Takes exclusive control. Returns the holder's reference as text.
   [[nodiscard]] std::string acquire(const std::string& who, double lease_s);
 
-  /// Makes perform() start nothing from now on, not even what it is about to start, unless that is stopped. To be
-  /// called before the arm is stopped, from another thread than perform().
+  /// Prevents perform() from starting any motion from now on. A motion that it is just starting is stopped.
+  /// To be called before the arm is stopped, from a thread other than perform()'s.
   void begin_cancel() noexcept { cancelled_ = true; }
-  /// The same, and stops.
+  /// Does the same, and stops the arm.
   void cancel();
 
   template <class F>
@@ -74,11 +79,11 @@ class Client {
   }
 
  private:
-  /// A Failure says when it is unknown whether the motion was accepted.
+  /// Starts a motion. If it is unknown whether the motion was accepted, the Failure says so.
   [[nodiscard]] Corbot::Ticket start(const Request& request);
   [[nodiscard]] Corbot::Ticket begin(const Request& request);
   void set(const Request& request);
-  /// Calls `f`; a limit that is exceeded leaves as a Failure with the unit of its joint.
+  /// Calls `f`. Turns an exceeded limit into a Failure with the unit of its joint.
   template <class F>
   auto with_units(F&& f) -> decltype(f()) {
     try {
@@ -87,14 +92,14 @@ class Client {
       throw explain(e, info_of(e.articulation));
     }
   }
-  /// With the joint's number in place of its name. Throws Failure, kUsage, where the arm has no joint of that name.
+  /// Replaces the joint's name by its number. Throws Failure, kUsage, if the arm has no joint of that name.
   [[nodiscard]] Request with_joint_number(const Request& request);
-  /// Nothing where the robot does not say.
+  /// Returns nothing if the robot does not report it.
   [[nodiscard]] std::optional<Corbot::JointInfo> info_of(CORBA::Long joint) const;
-  /// Until the motion has ended. A refused place among the waiting calls, or a lost connection, is no end: it
-  /// asks again, and reports an unknown end as one. Returns the planned duration, seconds.
+  /// Waits until the motion has ended. After a refused slot for a waiting call or a lost connection it
+  /// retries; if the end stays unknown, it reports that. Returns the planned duration, seconds.
   double wait(Corbot::Ticket ticket, const ProgressReport& report);
-  /// Its state now, or a moment later.
+  /// Returns the motion's state now, or slightly later.
   [[nodiscard]] Corbot::MotionInfo_var follow(Corbot::Ticket ticket);
 
   Address address_;

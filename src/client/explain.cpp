@@ -19,10 +19,10 @@ namespace corbot::client {
 
 namespace {
 
-/// No arm here reaches that far: somebody means centimetres or millimetres.
+/// A longer distance than any arm here reaches was probably meant in centimetres or millimetres.
 constexpr double kUnlikely_m = 5.0;
 
-/// With a blank in front; empty: not known.
+/// Returns the unit with a blank in front, or "" if it is not known.
 std::string unit_of(std::string_view quantity, const std::optional<Corbot::JointInfo>& joint) {
   if (quantity == kDurationWord) return " s";
   if (!joint) return "";
@@ -30,7 +30,7 @@ std::string unit_of(std::string_view quantity, const std::optional<Corbot::Joint
   return quantity == kSpeedWord ? unit + " a second" : unit;
 }
 
-/// " (180 at 100 %: …)": of a speed limit that is lower than the joint's own; else empty.
+/// Returns " (180 at 100 %: …)" for a speed limit that is lower than the joint's own; else "".
 std::string lowered_speed(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
   const double percent = joint && joint->speed > 0.0 ? 100.0 * e.upper / joint->speed : 100.0;
   if (std::string_view(e.quantity.in()) != kSpeedWord || !(percent < 99.999)) return "";
@@ -38,7 +38,7 @@ std::string lowered_speed(const Corbot::LimitExceeded& e, const std::optional<Co
                      percent);
 }
 
-/// `text` has `word`, and no letter or digit next to it.
+/// Returns true if `text` contains `word` without a letter or digit next to it.
 bool names(std::string_view text, std::string_view word) {
   const auto is_of_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
   for (std::size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1)) {
@@ -53,7 +53,8 @@ std::string without_full_stop(std::string text) {
   return text;
 }
 
-/// The host of "HOST:PORT" where it has no address; empty: it has one, or `where` is of another form.
+/// Returns the host of "HOST:PORT" if it cannot be resolved. Returns "" if it can, or `where` has another
+/// form.
 std::string unresolved_host(const std::string& where) {
   const std::size_t colon = where.rfind(':');
   if (colon == std::string::npos || where.starts_with('[')) return "";
@@ -118,7 +119,7 @@ Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
 }
 
 Failure explain(const Corbot::BadParameter& e) {
-  // The interface's word for a joint; the reason has the joint's number.
+  // The interface calls a joint "articulation"; the reason contains the joint's number.
   const std::string_view parameter = e.parameter.in();
   if (parameter == "articulation" || names(e.reason.in(), parameter))
     return {ExitCode::kRefused, fmt::format("refused: {}; this command moved nothing",

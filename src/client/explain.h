@@ -9,24 +9,24 @@
 #include "arm.hh"
 #include "client/failure.h"
 
-// Exceptions of the interface and of the ORB as messages that say what to do.
+// Converts exceptions of the interface and of the ORB to messages that say what to do.
 
 namespace corbot::client {
 
-/// Where to find a robot.
+/// The address of a robot.
 struct Address {
-  std::string uri;      ///< what string_to_object takes
+  std::string uri;      ///< argument of string_to_object
   std::string name;     ///< of the robot, as far as known
   std::string where;    ///< for messages: "127.0.0.1:12810", or the URI of another form
-  std::string local{};  ///< name of the robot that is up here, where it is that one; empty: elsewhere
+  std::string local{};  ///< name of the robot if it is up here; empty: it is elsewhere
 };
 
-/// Whether a call ended because it took longer than this client waits.
+/// Returns true if a call ended because it took longer than this client waits.
 [[nodiscard]] bool is_call_timeout(const CORBA::SystemException& e);
 
 [[nodiscard]] Failure explain(const Corbot::BadParameter& e);
 [[nodiscard]] Failure explain(const Corbot::Unreachable& e);
-/// `joint`: that it names; none: not known, and the message has no unit.
+/// `joint`: the joint in the exception; none: not known, and the message has no unit.
 [[nodiscard]] Failure explain(const Corbot::LimitExceeded& e,
                               const std::optional<Corbot::JointInfo>& joint = {});
 [[nodiscard]] Failure explain(const Corbot::NotReady& e);
@@ -34,33 +34,37 @@ struct Address {
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);
 [[nodiscard]] Failure explain(const CORBA::SystemException& e, const Address& address);
 
-/// "; numbers are metres: 20 cm is 0.20", of a point that no arm here reaches; empty: it may be meant so.
+/// Returns "; numbers are metres: 20 cm is 0.20" for a point that no arm here reaches, else "".
 [[nodiscard]] const char* metres_hint(double x_m, double y_m, double z_m);
 
-/// Text from the network, safe for a terminal: printable ASCII, others as '?', at most 400 characters.
+/// Returns text from the network, safe for a terminal: printable ASCII, others as '?', at most 400
+/// characters.
 [[nodiscard]] std::string printable(std::string_view text);
 
 [[nodiscard]] const char* to_string(Corbot::DeviceHealth health);
-/// It is there, and waits for a Clear without energy for the servos; else a closed device is one without a task.
+/// Returns true if the device is connected and waits for a Clear without energy for the servos. Otherwise a
+/// closed device means that no task runs.
 [[nodiscard]] bool stands_by(const Corbot::DeviceInfo& device);
-/// "ssc32, open"; with the cause where there is one.
+/// Returns "ssc32, open", with the cause if there is one.
 [[nodiscard]] std::string describe(const Corbot::DeviceInfo& device);
 
-/// Throws Failure, kUsage, which names them all, where `name` is none of `names`.
+/// Returns the joint's number. Throws Failure, kUsage, with all names, if `name` is not among `names`.
 [[nodiscard]] int number_of_joint(std::span<const std::string> names, const std::string& name);
 
-/// At most six significant digits: "0.42", "-12.5".
+/// Returns the value with at most six significant digits: "0.42", "-12.5".
 [[nodiscard]] std::string plain(double value);
 
-/// The call was not carried out, and will not be.
+/// Returns true if the call was not carried out, and will not be.
 [[nodiscard]] bool is_certainly_not_executed(const CORBA::SystemException& e);
 
-/// A call that starts a motion ended with `cause`, and the robot may have accepted it.
+/// Returns the Failure for a call to start a motion that ended with `cause` although the robot may have
+/// accepted it.
 [[nodiscard]] Failure unknown_start(const Failure& cause);
-/// The motion was accepted, and its end cannot be asked for any more.
+/// Returns the Failure for an accepted motion whose end can no longer be queried.
 [[nodiscard]] Failure unknown_end(Corbot::Ticket ticket, const std::string& cause);
 
-/// Calls `f` and turns every exception of the interface into a Failure; those of the ORB pass.
+/// Calls `f` and turns every exception of the interface into a Failure; exceptions of the ORB leave the
+/// function.
 template <class F>
 auto call_user(F&& f) -> decltype(f()) {
   try {
@@ -85,7 +89,7 @@ auto call_user(F&& f) -> decltype(f()) {
   }
 }
 
-/// The same, those of the ORB included.
+/// Does the same, including exceptions of the ORB.
 template <class F>
 auto call(const Address& address, F&& f) -> decltype(f()) {
   try {

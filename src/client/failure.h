@@ -8,7 +8,7 @@
 
 namespace corbot::client {
 
-/// The exit codes of `corbot`. Documented in corbot(1); do not renumber.
+/// The exit codes of `corbot`. corbot(1) documents them; do not renumber.
 enum class ExitCode : int {
   kOk = 0,
   kRefused = 1,      ///< the robot refused or failed the motion; a check of `doctor` failed
@@ -28,7 +28,7 @@ class Failure : public std::runtime_error {
   ExitCode code_;
 };
 
-/// "PATH: No such file or directory"; `error` is an errno.
+/// Returns "PATH: No such file or directory"; `error` is an errno.
 [[nodiscard]] inline Failure system_failure(const std::filesystem::path& path, int error) {
   return {ExitCode::kInternal, path.string() + ": " + std::strerror(error)};
 }

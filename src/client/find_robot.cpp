@@ -18,7 +18,7 @@ constexpr const char* kHowToStart =
     "start it with 'corbot up PROFILE', or say where it is with --robot "
     "corbaloc::HOST:PORT/NAME";
 
-/// HOST:PORT and NAME of "corbaloc::HOST:PORT/NAME", also with "iiop" and a GIOP version in it.
+/// Returns HOST:PORT and NAME of "corbaloc::HOST:PORT/NAME", also with "iiop" and a GIOP version in it.
 Address from_corbaloc(const std::string& uri) {
   Address address{uri, "", uri};
   const std::size_t slash = uri.find('/');
@@ -50,8 +50,8 @@ Address from_state(const std::string& name) {
   return address;
 }
 
-/// Of an address that was given: a robot of that name that is up here is another one, unless it listens at
-/// this very address.
+/// Adds the local robot to a given address. A robot of that name that is up here is another one, unless it
+/// listens at this very address.
 Address with_local(Address address) {
   try {
     const auto state = is_name(address.name) ? read_state(address.name) : std::nullopt;

@@ -34,7 +34,8 @@ bool is_up_in(const fs::path& directory, const std::string& name) {
   return !free;
 }
 
-/// Names of the robots that have a state file there, sorted: those that are up, or those that are not.
+/// Returns the names of the robots that have a state file there, sorted: those that are up, or those that are
+/// not.
 std::vector<std::string> robots_of_files(const fs::path& directory, bool up) {
   std::vector<std::string> names;
   std::error_code error;
@@ -154,14 +155,15 @@ std::string robot_at(std::string where) {
       if (state && state->endpoint == where) return robot;
     }
   } catch (const Failure&) {
-    // It serves a message only.
+    // The result serves only a message.
   }
   return "";
 }
 
 std::string endpoint_fault(const std::string& host, int port) {
   std::string why = net::listen_error(host, port);
-  // Not looked for in vain: to look at a robot's lock file takes the caller's own record lock of that file away.
+  // Only then look for the robot: reading a robot's lock file releases the caller's own record lock of that
+  // file.
   if (why.find("in use") == std::string::npos) return why;
   const std::string robot = robot_at_port(port);
   return robot.empty() ? why : fmt::format("port {} is taken: {}", port, robot);

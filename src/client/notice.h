@@ -6,8 +6,8 @@
 
 namespace corbot::client {
 
-/// Writes to a stream that may be gone, as a closed terminal's is. fmt::print would throw there, and a command that stops an
-/// arm, or follows its motion, would end before the arm is at rest.
+/// Writes to a stream that may be gone, such as a closed terminal's. fmt::print would throw there. A command
+/// that stops an arm or monitors its motion would then end before the arm is at rest.
 inline void notice(std::FILE* stream, const std::string& text) noexcept {
   (void)std::fputs(text.c_str(), stream);
   (void)std::fflush(stream);

@@ -17,7 +17,8 @@ namespace corbot::client {
 
 namespace {
 
-constexpr double kLargestTicket = 9007199254740992.0;  // 2^53: beyond it a double has no units
+// 2^53: above it a double cannot represent all integers
+constexpr double kLargestTicket = 9007199254740992.0;
 
 const OptionSpec kTime{"--time", "T",
                        "seconds the motion shall take; 0 or none: as fast as the limits allow"};
@@ -203,7 +204,7 @@ std::optional<std::string> check_control(const Request& request) {
   return std::nullopt;
 }
 
-/// Rules that hold for every robot. A string describes the fault.
+/// Checks the rules for all robots. Returns a string that describes the fault.
 std::optional<std::string> check_values(const Request& request) {
   const auto& n = request.numbers;
   if (request.time_s < 0) return fmt::format("--time {}: must not be negative", request.time_s);
@@ -231,7 +232,7 @@ std::optional<std::string> check_values(const Request& request) {
       if (!(n[0] >= 0 && n[0] <= 100)) return fmt::format("PERCENT {}: must be 0 to 100", n[0]);
       break;
     case Verb::kSpeed:
-      if (n.empty() && !request.all && request.joint < 0) break;  // shows them
+      if (n.empty() && !request.all && request.joint < 0) break;  // shows the speeds
       if (n.empty()) return "PERCENT missing";
       [[fallthrough]];
     case Verb::kOverride:
@@ -248,7 +249,8 @@ std::optional<std::string> check_values(const Request& request) {
   return std::nullopt;
 }
 
-/// Of --joint, drive and limit: a number, or a name, which only the robot knows. Nothing: neither.
+/// Reads a joint of --joint, drive or limit: a number, or a name, which only the robot knows. Returns nothing
+/// if it is neither.
 std::optional<int> read_joint(const std::string& word, Request& request) {
   const auto joint = parse_integer(word);
   if (joint && *joint >= 0) return joint;
@@ -315,7 +317,7 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   return std::nullopt;
 }
 
-/// What other programs call a command.
+/// Names of commands in other programs.
 constexpr std::array<std::array<std::string_view, 2>, 12> kOtherNames{{{"wait", "delay"},
                                                                        {"sleep", "delay"},
                                                                        {"goto", "move"},

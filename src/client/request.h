@@ -13,6 +13,7 @@
 namespace corbot::client {
 
 enum class Verb {
+  // Motions.
   kMove,
   kMoveS,
   kMoveC,
@@ -24,7 +25,8 @@ enum class Verb {
   kClose,
   kGripper,
   kMovePose,
-  kMoveRelative,  // motions
+  kMoveRelative,
+  // Settings.
   kSpeed,
   kPitch,
   kLimit,
@@ -32,7 +34,8 @@ enum class Verb {
   kTool,
   kBase,
   kFrames,
-  kOverride,  // settings
+  kOverride,
+  // Commands that act at once and are not allowed in programs.
   kStop,
   kCancel,
   kPause,
@@ -41,17 +44,17 @@ enum class Verb {
   kClear,
   kAcquire,
   kRenew,
-  kRelease,  // at once; not in programs
+  kRelease,
 };
 
-/// A checked command. Units of the CORBA interface: metres, degrees, seconds, percent.
+/// A checked command, in the units of the CORBA interface: metres, degrees, seconds, percent.
 struct Request {
   Verb verb{};
   std::vector<double> numbers;       ///< the positional arguments in order
   double above_m{0};                 ///< --above
   double time_s{0};                  ///< --time; 0 = as fast as the limits allow
   int joint{-1};                     ///< --joint; −1 = none
-  std::string joint_name{};          ///< in place of the number of the joint; empty: none
+  std::string joint_name{};          ///< instead of the number of the joint; empty: none
   bool all{false};                   ///< --all
   bool force{false};                 ///< --force
   bool reset{false};                 ///< --reset
@@ -61,10 +64,10 @@ struct Request {
   std::optional<std::string> who{};  ///< --who; nothing = user and machine
 };
 
-/// An option of a verb; all but --who and the switches take a number.
+/// An option of a verb. All except --who and the switches take a number.
 struct OptionSpec {
   std::string_view name;   ///< with its dashes
-  std::string_view value;  ///< what help calls the value; empty for a switch
+  std::string_view value;  ///< name of the value in the help; empty for a switch
   std::string_view help;
 };
 
@@ -73,7 +76,7 @@ struct VerbSpec {
   Verb verb;
   std::string_view word;
   std::vector<std::string_view> arguments;  ///< names, in order
-  std::size_t required;                     ///< how many of them must be there
+  std::size_t required;                     ///< number of arguments that must be given
   std::vector<OptionSpec> options;
   std::string_view help;
   bool motion;      ///< has a ticket, takes time, can be stopped
@@ -85,21 +88,21 @@ struct VerbSpec {
 [[nodiscard]] const VerbSpec* find_verb(std::string_view word);
 [[nodiscard]] const VerbSpec& spec_of(Verb verb);
 
-/// A note on a percentage between 0 and 1, which may be meant as a ratio; or nothing.
+/// Returns a note on a percentage between 0 and 1, which may be meant as a ratio, or "".
 [[nodiscard]] std::string ratio_note(const Request& request);
 
-/// "; did you mean 'move'?": for a word that is none of `commands`. It is misspelt, or other programs call a command
-/// so. Empty: nothing is near.
+/// Returns "; did you mean 'move'?" for a word that is not among `commands`. The word is a misspelling or the
+/// name of a command in other programs. Returns "" if no command is similar.
 [[nodiscard]] std::string suggest_command(std::string_view word, std::span<const std::string_view> commands);
 
-/// "move X Y Z [--above D] [--time T]"
+/// Returns "move X Y Z [--above D] [--time T]".
 [[nodiscard]] std::string usage_of(const VerbSpec& spec);
 
-/// Reads and checks the words of one command, its verb first. Everything that can be known without the robot
-/// is checked here; ranges and reach are the servant's business. A string describes the fault.
+/// Reads and checks the words of one command, its verb first. It checks everything that does not need the
+/// robot; the servant checks ranges and reach. A string describes the fault.
 [[nodiscard]] std::variant<Request, std::string> parse_request(std::span<const std::string> words);
 
-/// The request as a program would write it.
+/// Returns the request as it would stand in a program.
 [[nodiscard]] std::string to_string(const Request& request);
 
 }  // namespace corbot::client

@@ -53,7 +53,7 @@ OnSignal::~OnSignal() {
 void OnSignal::run() {
   const sigset_t set = ending_signals();
   const int signals = ::signalfd(-1, &set, SFD_CLOEXEC);
-  std::thread worker;  // the action may take its time; a second signal must still get through
+  std::thread worker;  // the action may take long; a second signal must still get through
   for (;;) {
     pollfd fds[2] = {{signals, POLLIN, 0}, {end_fd_, POLLIN, 0}};
     if (::poll(fds, 2, -1) < 0 && errno != EINTR) break;

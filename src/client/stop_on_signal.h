@@ -8,9 +8,10 @@
 
 namespace corbot::client {
 
-/// During its lifetime, the first SIGINT, SIGTERM or, unless it is ignored as under nohup, SIGHUP calls
-/// `action` in a thread of its own instead of ending the program; the second one ends it at once with exit
-/// code 4. To be constructed before any other thread, so that all of them inherit the blocked signals.
+/// Calls `action` in a thread of its own on the first signal, instead of ending the program. The signals are
+/// SIGINT, SIGTERM and SIGHUP; SIGHUP stays ignored under nohup. The second signal ends the program at once
+/// with exit code 4. Must be constructed before any other thread, so that all of them inherit the blocked
+/// signals.
 class OnSignal {
  public:
   explicit OnSignal(std::function<void()> action);
@@ -20,13 +21,13 @@ class OnSignal {
 
   [[nodiscard]] bool seen() const noexcept { return seen_.load(); }
 
-  /// Names the signal that was seen: "Ctrl-C" for SIGINT.
+  /// Names the received signal: "Ctrl-C" for SIGINT.
   [[nodiscard]] std::string describe() const;
 
-  /// Waits until the action has returned. Only where a signal was seen.
+  /// Waits until the action has returned. To be called only after a signal.
   void join() const;
 
-  /// Waits until a signal has been seen or the time has passed; true when it was seen.
+  /// Waits for a signal or the time-out; returns true if a signal was received.
   bool wait(double seconds) const;
 
  private:
@@ -36,7 +37,7 @@ class OnSignal {
   std::atomic<bool> acted_{false};
   std::atomic<int> signal_{0};  ///< the first one
   int end_fd_{-1};              ///< eventfd: ends the thread
-  int seen_fd_{-1};             ///< eventfd: readable once a signal was seen
+  int seen_fd_{-1};             ///< eventfd: readable after a signal
   std::thread thread_;
 };
 

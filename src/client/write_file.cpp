@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The errno of what failed, or 0.
+/// Returns the errno of the failure, or 0.
 int write_to(const fs::path& file, std::string_view text) {
   errno = 0;
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
