@@ -18,32 +18,33 @@
 
 enum { kHeader = 12, kMinor = 5, kFlags = 6, kType = 7, kSize = 8, kId = 4 };
 enum { kRequest = 0, kFragment = 7 };
-/* Of one connection, read and not begun: more than an ORB has threads for it. */
+/* Most requests of one connection that are read and not begun: more than an ORB has threads for. */
 enum { kNumbered = 64 };
 
 static const int64_t kTick_ns = 100000000;
 static const int64_t kGap_ns = 1000000000;
-/* What is accepted so soon after a gap was waiting to be. */
+/* Connections accepted within this time after a gap may have waited since before the gap. */
 static const int kTicksAfterGap = 10;
 
-/* The number of a request. Written by the thread that reads the connection, one at a time; read by all. */
+/* The number of a request. One thread at a time, the one that reads the connection, writes it; all threads
+ * read it. */
 typedef struct Numbered {
-  _Atomic uint64_t key; /* of the request, and 1; 0: none, or being written */
+  _Atomic uint64_t key; /* number of the request plus 1; 0: none, or being written */
   _Atomic uint64_t stops;
 } Numbered;
 
-/* Where in its messages a connection is. The ORB has one thread read at a time. */
+/* The position of a connection within its messages. The ORB lets one thread read at a time. */
 typedef struct Stream {
   _Atomic bool open;
-  bool unframed; /* no GIOP: the ORB will close it */
+  bool unframed; /* no GIOP: the ORB will close the connection */
   int header_count;
   unsigned char header[kHeader];
   uint32_t body_left;
   int id_count;
-  unsigned char id[kId]; /* the first bytes of the body: in GIOP 1.2 the number of the request */
+  unsigned char id[kId]; /* first bytes of the body: in GIOP 1.2 the number of the request */
   unsigned next_numbered;
   Numbered numbered[kNumbered];
-  /* What could be read after a gap, and the number that it has. */
+  /* Number of bytes that were readable after a gap, and the stop number for them. */
   _Atomic int old_bytes;
   _Atomic uint64_t old_stops;
 } Stream;
@@ -54,13 +55,13 @@ static _Thread_local uint64_t arrival;
 static corbot_count_stops _Atomic count_stops;
 static void* count_context;
 
-static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER; /* of what follows */
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER; /* guards the members below */
 static pthread_cond_t end_requested = PTHREAD_COND_INITIALIZER;
 static pthread_t ticker;
 static bool is_ticking;
 static bool end;
-static _Atomic int64_t ran_ns;  /* when this process was last seen to run; 0: not started */
-static uint64_t by_others_then; /* stops at that time */
+static _Atomic int64_t ran_ns;  /* when this process was last known to run; 0: not started */
+static uint64_t by_others_then; /* stops of other processes at that time */
 static int ticks_after_gap;
 static uint64_t by_others_before_gap;
 
@@ -76,9 +77,10 @@ static void count(uint64_t* all, uint64_t* by_others) {
   if (function != NULL) function(count_context, all, by_others);
 }
 
-/* What can be read there has the number from before the gap; the stops that this process counts it counts
- * while it runs. What had lain there at an earlier gap keeps its number, and what has come since is taken for as old:
- * they cannot be told apart. With the mutex held. */
+/* Assigns a number to the bytes that are readable after a gap. The number excludes the stops that other
+ * processes counted during the gap. It includes those of this process, which counts them only while it runs.
+ * Bytes from an earlier gap keep their number. Bytes that came since then count as equally old, as they
+ * cannot be distinguished. The caller holds the mutex. */
 static void mark_old(int fd) {
   int bytes = 0;
   if (ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
@@ -93,9 +95,9 @@ static void mark_old(int fd) {
   atomic_store(&streams[fd].old_bytes, bytes);
 }
 
-/* Whether this process has run lately, and the stops now. Whoever runs first after a gap comes here before
- * anything is read. The stops are counted before the clock is read: a freeze in between is a gap, and one
- * after it is a gap for the next look. With the mutex held. */
+/* Checks whether this process has run recently, and reads the number of stops. After a gap the first thread
+ * to run comes here before anything is read. The stops are counted before the clock is read: a freeze in
+ * between is a gap, and one after it is a gap for the next look. The caller holds the mutex. */
 static void look(void) {
   uint64_t all = 0;
   uint64_t by_others = 0;
@@ -103,7 +105,7 @@ static void look(void) {
   const int64_t now = now_ns();
   const int64_t ran = atomic_load(&ran_ns);
   if (ran != 0 && now - ran >= kGap_ns) {
-    /* Soon after another gap, what waits to be accepted may be from before that one. */
+    /* Soon after another gap, a connection that waits to be accepted may be older than that gap. */
     if (ticks_after_gap == 0) by_others_before_gap = by_others_then;
     ticks_after_gap = kTicksAfterGap;
     for (int fd = 0; fd < CORBOT_DESCRIPTORS; ++fd) {
@@ -180,14 +182,14 @@ void corbot_arrivals_opened(int fd) {
 
 void corbot_arrivals_closed(int fd) { atomic_store(&streams[fd].open, false); }
 
-/* No more than belongs to one message, so that whoever reads is whoever carries it out. */
+/* Returns at most the bytes of one message, so that the thread that reads a request also carries it out. */
 static size_t within_message(const Stream* stream, size_t size) {
   if (stream->unframed) return size;
   const size_t left = stream->body_left > 0 ? stream->body_left : (size_t)(kHeader - stream->header_count);
   return size < left ? size : left;
 }
 
-/* In the byte order of the message. */
+/* Returns the integer in the byte order of the message. */
 static uint32_t integer(const Stream* stream, const unsigned char bytes[4]) {
   const bool little_endian = (stream->header[kFlags] & 1) != 0;
   uint32_t value = 0;
@@ -211,7 +213,7 @@ static void follow(Stream* stream, const unsigned char* bytes, size_t size) {
   stream->unframed = memcmp(stream->header, "GIOP", 4) != 0;
 }
 
-/* A message has been read to its end. Where it says to which request it belongs, that has this number from now on. */
+/* Notes the end of a message. If it identifies its request, that request has this number from now on. */
 static void note_end(Stream* stream, uint64_t stops) {
   const int type = stream->header[kType];
   if (stream->unframed || stream->header_count > 0 || stream->body_left > 0 || stream->id_count < kId) return;
@@ -238,7 +240,8 @@ static ssize_t receive(int fd, void* bytes, size_t size, int flags) {
   Stream* stream = &streams[fd];
   size = within_message(stream, size);
   for (;;) {
-    /* In this order: a freeze or a Stop between any two of these makes the number too old, never too new. */
+    /* This order matters: a freeze or a Stop between any two of these steps makes the number too old, never
+     * too new. */
     uint64_t stops = 0;
     uint64_t by_others = 0;
     count(&stops, &by_others);
@@ -269,7 +272,7 @@ static bool is_ours(int fd) {
   return fd >= 0 && fd < CORBOT_DESCRIPTORS && atomic_load_explicit(&streams[fd].open, memory_order_acquire);
 }
 
-/* Instead of the C library's, for the ORB; declared as there. */
+/* Replaces the C library's function for the ORB; declared like it. */
 ssize_t recv(int fd, void* bytes, size_t size, int flags) {
   if (is_ours(fd) && (flags & ~MSG_DONTWAIT) == 0) return receive(fd, bytes, size, flags);
   return recvfrom(fd, bytes, size, flags, NULL, NULL);

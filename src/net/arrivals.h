@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  *
- * How many stops had been counted when a request arrived: what arrived before a Stop must not be carried
- * out after it, however late its thread begins. Neither ORB tells when it has read a request. So a program
- * that is linked with this file takes the place of read() and recv() in the C library, for the connections
- * that it has accepted. Plain C, thread-safe, not real-time safe.
+ * Records how many stops had been counted when a request arrived. A request that arrived before a Stop must
+ * not be carried out after it, however late its thread begins. Neither ORB reports when it has read a
+ * request. A program that is linked with this file therefore replaces read() and recv() of the C library for
+ * the connections that it has accepted. Plain C, thread-safe, not real-time safe.
  *
- * A request has the number that was read before its last bytes were taken from the socket: a Stop that is
- * counted meanwhile ends it. What still lies in the socket comes later, with one exception: when this
- * process has not run for a second (frozen, or the machine stood still), what can be read by then arrived
- * at a time that nobody knows, and counts as from before the stops that other processes have counted
- * meanwhile. */
+ * A request gets the number that was read before its last bytes were taken from the socket: a Stop that is
+ * counted meanwhile ends it. Bytes that are still in the socket count as later, with one exception. If this
+ * process has not run for a second (frozen, or the machine was suspended), the arrival time of the readable
+ * bytes is unknown. They then count as older than the stops that other processes have counted meanwhile. */
 #ifndef CORBOT_NET_ARRIVALS_H
 #define CORBOT_NET_ARRIVALS_H
 
@@ -19,24 +18,26 @@
 extern "C" {
 #endif
 
-/* Descriptors of connections; those beyond are refused: a table of fixed size needs no memory when a client
- * floods. */
+/* Number of descriptors for connections; those beyond are refused. A table of fixed size needs no memory when
+ * a client floods. */
 enum { CORBOT_DESCRIPTORS = 2048 };
 
-/* How many stops there have been, and how many of them other processes have counted. Thread-safe. */
+/* Reads the number of stops, and how many of them other processes have counted. Thread-safe. */
 typedef void (*corbot_count_stops)(void* context, uint64_t* all, uint64_t* by_others);
 
-/* From now on arrivals are numbered, until corbot_arrivals_end. Before the ORB's start, after its end. */
+/* Numbers arrivals from now on, until corbot_arrivals_end. To be called before the ORB's start and after its
+ * end. */
 void corbot_arrivals_start(corbot_count_stops count, void* context);
 void corbot_arrivals_end(void);
 
-/* Of the request whose last bytes this thread has read. */
+/* Returns the number of the request whose last bytes this thread has read. */
 uint64_t corbot_arrival(void);
-/* Of that request of GIOP 1.2 on that connection, whichever thread has read its last bytes: requests in fragments may be
- * interleaved there. 0: not known, it is of an earlier version, or one of long ago. */
+/* Returns the number of that request of GIOP 1.2 on that connection, whichever thread has read its last
+ * bytes: fragmented requests may be interleaved. 0: not known; the request is of an earlier GIOP version, or
+ * too old. */
 uint64_t corbot_arrival_of(int fd, uint32_t request);
 
-/* A connection is accepted, and closed: from connections.c, one at a time. */
+/* Note that a connection is accepted or closed. connections.c calls them, one at a time. */
 void corbot_arrivals_opened(int fd);
 void corbot_arrivals_closed(int fd);
 

@@ -23,25 +23,26 @@
 
 enum { kDescriptors = CORBOT_DESCRIPTORS, kBytesInWord = 8, kMostListeners = 8 };
 
-/* A peer that is silent: probed after 3 s, and given up when nothing has been acknowledged for 6 s. */
+/* A silent peer is probed after 3 s, and the connection fails if the peer has acknowledged nothing for 6 s.
+ */
 static const int kKeepIdle_s = 3;
 static const int kKeepInterval_s = 2;
 static const unsigned kUnacknowledged_ms = 6000;
 
 typedef struct Entry {
-  _Atomic uint64_t number; /* 0: no accepted connection; of a descriptor that is in use it does not change */
+  _Atomic uint64_t number; /* 0: no accepted connection; it does not change while the descriptor is in use */
   int64_t used_ns;
   corbot_peer peer;
   int calls;
   bool own;    /* from this process */
-  bool ending; /* closed for its idleness; the ORB has yet to notice */
+  bool ending; /* closed because it was idle; the ORB has yet to notice */
 } Entry;
 
 typedef enum Phase { kStarting, kServing, kEnded } Phase;
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static _Atomic Phase phase = kStarting;
-static int listeners[kMostListeners]; /* that connections were accepted from */
+static int listeners[kMostListeners]; /* sockets from which connections were accepted */
 static int listener_count;
 static Entry entries[kDescriptors]; /* by descriptor */
 static uint64_t last_number;
@@ -70,7 +71,7 @@ void corbot_connections_start(void) {
     (void)getrlimit(RLIMIT_NOFILE, &limit);
   }
   const int descriptors = limit.rlim_cur < kDescriptors ? (int)limit.rlim_cur : kDescriptors;
-  /* As many again may be on their way out. */
+  /* The same number of connections may be about to close. */
   const int room = (descriptors - CORBOT_RESERVED_DESCRIPTORS) / 2;
   pthread_mutex_lock(&mutex);
   most = room < CORBOT_MOST_CONNECTIONS ? room : CORBOT_MOST_CONNECTIONS;
@@ -94,8 +95,7 @@ static corbot_peer peer_of(int fd) {
       peer.family = AF_INET;
       peer.id = ipv4;
     } else {
-      memcpy(&peer.id, ip->s6_addr,
-             kBytesInWord); /* whoever has a network of 64 bits has all its addresses */
+      memcpy(&peer.id, ip->s6_addr, kBytesInWord); /* a network of 64 bits counts as one host */
     }
   } else if (address.ss_family == AF_UNIX) {
     struct ucred credentials = {0};
@@ -111,7 +111,7 @@ static int port_of(const struct sockaddr_storage* address) {
   return ntohs(((const struct sockaddr_in6*)address)->sin6_port);
 }
 
-/* Whether this process has connected to itself. Nobody else on this machine has the port. */
+/* Returns true if this process has connected to itself. No other process on this machine has the port. */
 static bool is_own(int fd, corbot_peer peer) {
   if (peer.family == AF_UNIX) return peer.id == (uint64_t)getpid();
   if ((peer.family != AF_INET && peer.family != AF_INET6) || own_port == 0) return false;
@@ -172,11 +172,11 @@ static int connections_of(corbot_peer peer) {
   return count;
 }
 
-/* Of a connection without a call. The ORB reads its end and frees the descriptor. */
+/* Ends a connection without a call. The ORB reads its end and frees the descriptor. */
 static void end_connection(int fd) {
   entries[fd].ending = true;
   ++ending_count;
-  /* With this a client opens another connection for its next call, and hears no error. */
+  /* After this message a client opens another connection for its next call without an error. */
   static const unsigned char close_connection[] = {'G', 'I', 'O', 'P', 1, 2, 0, 5, 0, 0, 0, 0};
   (void)send(fd, close_connection, sizeof(close_connection), MSG_DONTWAIT | MSG_NOSIGNAL);
   (void)shutdown(fd, SHUT_RDWR);
@@ -185,7 +185,7 @@ static void end_connection(int fd) {
 void corbot_connections_serve(void) { phase = kServing; }
 
 void corbot_connections_end(void) {
-  phase = kEnded; /* whoever is added has seen it otherwise, with the lock */
+  phase = kEnded; /* connections added before have read the previous phase with the lock held */
   pthread_mutex_lock(&mutex);
   for (int fd = 0; fd < kDescriptors; ++fd) {
     if (entries[fd].number == 0 || entries[fd].ending) continue;
@@ -198,7 +198,8 @@ void corbot_connections_end(void) {
   pthread_mutex_unlock(&mutex);
 }
 
-/* In place of each an object that is never ready: the ORB may be waiting for its number, and closes it. */
+/* Replaces each listener by an object that is never ready: the ORB may be waiting for the descriptor, and
+ * closes it. */
 void corbot_connections_close_listeners(void) {
   const int silent = eventfd(0, EFD_CLOEXEC);
   if (silent < 0) return;
@@ -210,7 +211,7 @@ void corbot_connections_close_listeners(void) {
 
 bool corbot_connections_ended(void) { return phase == kEnded; }
 
-/* Closes one connection without a call: of the host that has most of them, the one that was used longest ago. */
+/* Closes one connection without a call: the least recently used one of the host that has most of them. */
 static void make_room(void) {
   Entry* chosen = NULL;
   int chosen_count = 0;
@@ -233,7 +234,7 @@ static void make_room(void) {
   end_connection((int)(chosen - entries));
 }
 
-/* False when there is no room for it. */
+/* Adds a connection. Returns false if there is no space for it. */
 static bool add(int fd) {
   if (fd >= kDescriptors) return false;
   const corbot_peer peer = peer_of(fd);
@@ -261,7 +262,8 @@ static void forget(int fd) {
   corbot_arrivals_closed(fd);
 }
 
-/* Whether connections are to be taken, after a moment's wait: the thread may have other things to do. */
+/* Returns true if connections may be accepted. Otherwise waits briefly first, as the thread may have other
+ * work. */
 static bool is_open(void) {
   static const int wait_ms = 5;
   if (most == 0 || phase != kStarting) return true;
@@ -276,7 +278,7 @@ static void note_listener(int fd) {
   if (listener_count < kMostListeners) listeners[listener_count++] = fd;
 }
 
-/* Instead of the C library's, for the ORB; declared as there. */
+/* Replaces the C library's function for the ORB; declared like it. */
 int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
   if (!is_open()) {
     errno = ECONNABORTED;
@@ -294,8 +296,9 @@ int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
   return -1;
 }
 
-/* Instead of the C library's. A connection is forgotten and closed in one step: nobody is given its
- * descriptor in between. Whatever else is closed, under whatever lock, takes none here. */
+/* Replaces the C library's function. A connection is removed and closed in one step: no other thread can get
+ * its descriptor in between. Closing any other descriptor takes no lock here, so the caller may hold any
+ * lock. */
 int close(int fd) {
   if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return (int)syscall(SYS_close, fd);
   pthread_mutex_lock(&mutex);
@@ -323,7 +326,7 @@ corbot_connection corbot_connection_used(int fd) {
 }
 
 bool corbot_connection_begin_call(corbot_connection connection) {
-  if (connection.number == 0) return true; /* nothing is known of it */
+  if (connection.number == 0) return true; /* an unknown connection */
   pthread_mutex_lock(&mutex);
   Entry* entry = find(connection);
   const bool stays = entry != NULL && !entry->ending;
@@ -346,7 +349,7 @@ void corbot_connection_end_call(corbot_connection connection) {
 }
 
 bool corbot_connection_lives(corbot_connection connection) {
-  if (connection.number == 0) return true; /* nothing is known of it */
+  if (connection.number == 0) return true; /* an unknown connection */
   pthread_mutex_lock(&mutex);
   bool lives = find(connection) != NULL;
   if (lives) {

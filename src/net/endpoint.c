@@ -16,7 +16,8 @@
 
 enum { kHighestPort = 65535 };
 
-/* The host, without brackets, in *out; where the port begins, NULL when it is not of that form. */
+/* Puts the host without brackets in *out. Returns the beginning of the port, or NULL if the text has another
+ * form. */
 static const char* split(const char* text, corbot_endpoint* out) {
   const bool bracketed = text[0] == '[';
   const char* host = bracketed ? text + 1 : text;
@@ -26,7 +27,7 @@ static const char* split(const char* text, corbot_endpoint* out) {
   if (length == 0 || length >= CORBOT_HOST) return NULL;
   memcpy(out->host, host, length);
   out->host[length] = '\0';
-  /* With more colons than one it is an IPv6 address that lacks its brackets. */
+  /* With more than one colon the host is an IPv6 address without its brackets. */
   if (bracketed != (strchr(out->host, ':') != NULL)) return NULL;
   if (bracketed && !corbot_is_ipv6(out->host)) return NULL;
   return bracketed ? end + 2 : end + 1;
@@ -104,7 +105,7 @@ static bool resolve(const char* host, int port, struct sockaddr_storage* out, so
   return true;
 }
 
-/* It stands at the same place in both families' addresses. */
+/* The port is at the same offset in both families' addresses. */
 static int port_of(const struct sockaddr_storage* address) {
   struct sockaddr_in ipv4 = {0};
   memcpy(&ipv4, address, sizeof(ipv4));
@@ -117,7 +118,7 @@ int corbot_listen(const char* host, int port, int* bound_port, char why[CORBOT_W
   if (!is_one_address(host, why) || !resolve(host, port, &address, &size, why)) return -1;
   const int fd = socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int on = 1;
-  /* SO_REUSEADDR as the ORBs do: not held up by TIME_WAIT. */
+  /* SO_REUSEADDR like the ORBs: TIME_WAIT does not block it. */
   if (fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) == 0 &&
       bind(fd, (struct sockaddr*)&address, size) == 0 && listen(fd, 1) == 0 &&
       getsockname(fd, (struct sockaddr*)&address, &size) == 0) {

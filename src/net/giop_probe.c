@@ -17,8 +17,9 @@
 
 enum { kHeader = 12, kLocateRequest = 3, kLocateReply = 4, kObjectHere = 1, kLargestReply = 4096 };
 
-/* 1 once `events` are there, 0 when the time is up. Of the time only that counts in which this process ran
- * and waited: a machine that stood still costs one look, and what has come meanwhile is seen. */
+/* Returns 1 when `events` occur, 0 after the time-out. Only the time in which this process ran and waited
+ * counts. After a suspend of the machine the loop looks once more, so it sees events that occurred meanwhile.
+ */
 static int wait_for(int fd, short events, int* left_ms) {
   enum { kLookMs = 50 };
   for (;;) {
@@ -32,7 +33,7 @@ static int wait_for(int fd, short events, int* left_ms) {
   }
 }
 
-/* A port of its own, known to the connections before it comes in. */
+/* Binds to a separate port, which the connections know before the connection arrives. */
 static void bind_own(int fd, int family) {
   struct sockaddr_storage address;
   memset(&address, 0, sizeof(address));
@@ -115,7 +116,7 @@ static void put_big_endian(unsigned char* at, uint32_t value) {
   for (int i = 0; i < 4; ++i) at[i] = (unsigned char)(value >> (24 - 8 * i));
 }
 
-/* In the byte order that the sender has chosen. */
+/* Returns the integer in the sender's byte order. */
 static uint32_t get(const unsigned char* at, int little_endian) {
   uint32_t value = 0;
   for (int i = 0; i < 4; ++i) value |= (uint32_t)at[i] << (little_endian ? 8 * i : 24 - 8 * i);
@@ -156,7 +157,7 @@ void corbot_giop_probe_init(corbot_giop_probe* probe, const char* host, int port
 int corbot_giop_probe_answers(corbot_giop_probe* probe, int timeout_ms) {
   int left_ms = timeout_ms;
   corbot_connections_pass(); /* the probe keeps its connection, so no accept() of its own takes that lock */
-  /* Once more on a new connection: the ORB closes those that it has no use for. */
+  /* Tries once more on a new connection: the ORB closes connections that it does not need. */
   for (int attempt = 0; attempt < 2; ++attempt) {
     const int is_new = probe->fd < 0;
     if (is_new)

@@ -10,8 +10,8 @@
 typedef struct Place {
   bool taken;
   bool lasting;      /* one of CORBOT_HOST_PLACES */
-  int64_t asked_ns;  /* whether it may stay; first when it was taken */
-  int64_t lasted_ns; /* until then, as this process has run */
+  int64_t asked_ns;  /* time of the last check whether it may stay; at first, when it was taken */
+  int64_t lasted_ns; /* running time of this process until then */
   corbot_connection connection;
   corbot_peer peer;
 } Place;
@@ -20,10 +20,10 @@ static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
 static Place places[CORBOT_PLACES]; /* kind after kind */
 
 static const int64_t kBrief_ns = CORBOT_BRIEF_MS * INT64_C(1000000);
-/* Of the time between two questions no more counts: a machine that stood still has held up everything. */
+/* Most time that counts between two checks: a suspended machine has delayed all calls. */
 static const int64_t kLongestLook_ns = CORBOT_BRIEF_MS * INT64_C(1000000) / 2;
 
-/* Of each kind: how many there are, and how many calls of a host may have one. */
+/* Number of slots of each kind, and of the slots that the calls of one host may have. */
 static const struct {
   int count;
   int of_host;
@@ -93,7 +93,7 @@ static int64_t now_ns(void) {
   return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
-/* With the mutex held. */
+/* Returns true if another call of the host may last. The caller holds the mutex. */
 static bool may_last(corbot_peer peer) {
   int lasting = 0;
   for (int i = 0; i < CORBOT_PLACES; ++i)
@@ -142,7 +142,7 @@ void corbot_place_free(int place) {
   corbot_connection_end_call(connection);
 }
 
-/* The place is the caller's own. */
+/* The slot belongs to the caller, so no lock is needed. */
 bool corbot_place_wanted(int place) { return corbot_connection_lives(places[place].connection); }
 
 bool corbot_place_may_stay(int place) {

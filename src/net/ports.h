@@ -7,17 +7,17 @@
 
 namespace corbot::net {
 
-/// "HOST:PORT" or "[IPV6]:PORT", port 1 … 65535. Nothing, and the reason in `why`, when it is not of that
-/// form or means all addresses of this machine.
+/// Splits "HOST:PORT" or "[IPV6]:PORT", port 1 … 65535. Returns nothing, with the reason in `why`, for any
+/// other text or if it means all addresses of this machine.
 [[nodiscard]] std::optional<std::pair<std::string, int>> split_endpoint(const std::string& text,
                                                                         std::string* why = nullptr);
-/// The same the other way round.
+/// Joins host and port.
 [[nodiscard]] std::string endpoint_text(const std::string& host, int port);
 
-/// Why a TCP server could not listen there now; empty when it could.
+/// Returns why a TCP server could not listen there now, or "" if it could.
 [[nodiscard]] std::string listen_error(const std::string& host, int port);
 
-/// Does a TCP server on the loopback accept connections at that port?
+/// Returns true if a TCP server on the loopback accepts connections at that port.
 [[nodiscard]] bool listens_on_loopback(int port) noexcept;
 
 }  // namespace corbot::net
