@@ -33,7 +33,7 @@ bool is_line(std::string_view port) {
   return port.starts_with("/") && port.size() > 1 && port.size() <= kLongestSocket;
 }
 
-/// What a kind of serial controller supports.
+/// Features of a kind of serial controller.
 struct SerialKind {
   std::string_view name;
   std::initializer_list<int> bauds;
@@ -105,7 +105,8 @@ void read_backend(Section section, std::span<const DrivenJoint> joints, BackendO
   backend.kind = section.text("kind").value_or("loopback");
   bool known = backend.kind == "loopback";
   backend.position_known_at_start = section.flag_or("position_known_at_start", known).value_or(false);
-  CommonBackendOptions unused;  // of tables of other kinds, which are checked all the same
+  // receives the values of the tables of other kinds, which are checked nevertheless
+  CommonBackendOptions unused;
   read_loopback(section.table_or_empty("loopback"), backend.loopback, known ? backend.common : unused);
   for (const auto& [name, read] : kSerialKinds) {
     if (backend.kind == name) {

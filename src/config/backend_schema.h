@@ -8,8 +8,7 @@
 
 namespace corbot {
 
-/// `[backend]` and the table of the kind that it names; `joints`: the
-/// arm's, empty where they are not known.
+/// Reads `[backend]` and the table of its kind. `joints`: the arm's, empty if they are not known.
 void read_backend(Section section, std::span<const DrivenJoint> joints, BackendOptions& backend);
 
 }  // namespace corbot

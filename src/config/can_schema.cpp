@@ -19,10 +19,10 @@ namespace {
 constexpr std::size_t kLongestInterface = 15;
 constexpr std::string_view kUnix = "unix:";
 constexpr Bounds kCount{-1e9, 1e9, false, "counts"};
-/// Of a position in a drive, 607Ah.
+/// Farthest position in a drive, 607Ah.
 constexpr double kFarthestCount = 2147483647.0;
 
-/// The keys of a drive whose names have a unit, and what they allow.
+/// The keys of a drive whose names contain a unit, and their bounds.
 struct DriveKeys {
   std::string_view scale, homing_speed, homing_creep, homing_acceleration;
   Bounds scale_bounds, speed_bounds;
@@ -49,7 +49,7 @@ constexpr DriveKeys kSlidingDrive{"counts_per_m",
                                   1.0};
 
 constexpr int kShortestWatch_ms = 20;
-/// corbot's own, as a producer of heartbeats.
+/// Node number of corbot as a producer of heartbeats.
 constexpr int kMasterNode = 127;
 
 using NodeUse = std::map<std::int64_t, std::string>;

@@ -8,7 +8,7 @@
 
 namespace corbot {
 
-/// `[backend.socketcan]`; `joints`: one a drive, empty where they are not known.
+/// Reads `[backend.socketcan]`; `joints`: one for each drive, empty if they are not known.
 void read_socketcan(Section section, std::span<const DrivenJoint> joints, SocketCanOptions& options,
                     CommonBackendOptions& common);
 

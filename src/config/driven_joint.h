@@ -5,10 +5,10 @@
 
 namespace corbot {
 
-/// A joint, as far as the device that drives it must know it.
+/// The properties of a joint that its device needs.
 struct DrivenJoint {
   JointKind kind{JointKind::kRotary};
-  double farthest_q{};  ///< of its range from 0
+  double farthest_q{};  ///< largest distance of its range from 0
 };
 
 }  // namespace corbot

@@ -29,10 +29,10 @@ using config::GeometryForm;
 constexpr Bounds kLength{0, 5, true, "m"};
 constexpr Bounds kTurn{-360, 360, false, "degrees"};
 constexpr Bounds kDistance{-10, 10, false, "m"};
-/// A quaternion of this little off its length is one that was written with few digits.
+/// Tolerance of a quaternion's length: few digits cause such an error.
 constexpr double kUnitLength = 1e-3;
 
-/// A number, or 0 and a note that the geometry is not complete.
+/// Returns a number, or 0 after noting that the geometry is not complete.
 double read_part(Section& section, std::string_view key, const Bounds& bounds, bool& is_complete) {
   const auto value = section.number(key, bounds);
   is_complete = is_complete && value.has_value();
@@ -111,7 +111,7 @@ Quaternion read_orientation(Section& section, bool& is_complete) {
       {to_radians((*angles)[0]), to_radians((*angles)[1]), to_radians((*angles)[2])});
 }
 
-/// `[base]` or `[tool]`: what the real-time task takes of a path's frames, too.
+/// Reads `[base]` or `[tool]`, within the bounds that the real-time task accepts for a path's frames.
 Pose read_frame(Section section, double farthest_m, bool& is_complete) {
   Pose frame;
   if (!section.has("position_m")) {
@@ -146,7 +146,7 @@ DhRow read_row(Section row, JointKind kind, bool& is_complete) {
   return read;
 }
 
-/// robot.kind, where it is given, is what was recognised.
+/// Checks that robot.kind, if given, is the recognised kind.
 void check_kind(Section& robot, const Kinematics& kinematics, const config::ArmDescription& description,
                 ArmKind& kind) {
   const ArmKind found = config::kind_of(kinematics);
@@ -167,7 +167,8 @@ void check_kind(Section& robot, const Kinematics& kinematics, const config::ArmD
   robot.refuse("kind", text);
 }
 
-/// With four or five joints a search meets a pose or finds nothing: it does not look for the nearest orientation.
+/// Refuses an orientation error for four or five joints without a closed form: the search finds only exact
+/// poses, not the nearest orientation.
 void check_orientation_error(Section& robot, const Kinematics& kinematics, double orientation_error_rad) {
   const std::uint32_t joints = kinematics.chain().count;
   if (orientation_error_rad == 0.0 || kinematics.has_closed_form() || (joints != 4 && joints != 5)) return;
@@ -246,7 +247,8 @@ JointKind read_joint_geometry(Section& joint, std::size_t index, GeometryInput& 
     kind = read_kind(joint, input.is_complete);
     input.rows[index] = read_row(joint.table("dh"), kind, input.is_complete);
   } else if (input.urdf.chain.count ==
-             0) {  // of a URDF that could not be read: not to be reported key by key
+             // An unreadable URDF must not be reported key by key.
+             0) {
     kind = joint.has(keys_of(JointKind::kPrismatic).range) ? JointKind::kPrismatic : JointKind::kRotary;
   }
   const JointKeys& keys = keys_of(kind);

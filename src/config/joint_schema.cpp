@@ -17,11 +17,11 @@ namespace {
 
 constexpr double kPulseMinUs = 500.0;
 constexpr double kPulseMaxUs = 2500.0;
-/// Of a pulse computed at the end of a range: far below a servo's resolution, far above rounding.
+/// Tolerance of a pulse computed at the end of a range: far below a servo's resolution, far above rounding.
 constexpr double kPulseToleranceUs = 1e-6;
-/// A joint is at most so fast for the simulated servo that follows it.
+/// Largest speed of a joint as a share of the simulated servo's.
 constexpr double kShareOfRate = 0.8;
-/// Of a URDF's limits, which often have four digits.
+/// Tolerance of a URDF's limits, which often have four digits.
 constexpr double kLimitTolerance_q = 1e-3;
 
 constexpr Bounds kPulse{kPulseMinUs, kPulseMaxUs, false, "us"};
@@ -74,7 +74,8 @@ std::uint32_t read_channel(Section& section, ChannelUse& in_use) {
   return channel;
 }
 
-/// Both ends of the joint's range must be pulses that the servo may be given. `scale`: us a degree, or a metre.
+/// Checks that the servo accepts the pulses at both ends of the joint's range. `scale`: us per degree, or per
+/// metre.
 void check_pulses(Section& joint, const JointKeys& keys, const std::array<double, 2>& range, double zero_us,
                   double scale, double direction, const std::array<double, 2>& pulse_us) {
   for (const double end : range) {
@@ -126,7 +127,8 @@ void check_range(Section& joint, const JointKeys& keys, const std::array<double,
                            lower / keys.si_per_unit, upper / keys.si_per_unit, keys.value.unit));
 }
 
-/// A joint with the name of another one of the URDF is that one, in the wrong place: it would get the wrong ranges.
+/// Refuses a joint with the name of another joint of the URDF: its place is wrong, so it would get the wrong
+/// ranges.
 void check_place(Section& joint, const std::string& name, std::size_t index, const GeometryInput& geometry) {
   const auto& joints = geometry.urdf.joints;
   const std::size_t count = geometry.urdf.chain.count;

@@ -18,7 +18,8 @@ namespace {
   throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why)}}};
 }
 
-/// For a bare name that is no file: "; did you mean 'profiles/lynx5.toml'?" where a shipped profile has it.
+/// Returns "; did you mean 'profiles/lynx5.toml'?" for a name that is no file but that of a shipped profile,
+/// else "".
 std::string suggest_profile(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   if (path.has_parent_path() || (path.has_extension() && path.extension() != ".toml")) return "";
@@ -43,7 +44,7 @@ std::string read_profile_text(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(status)) refuse_file(path.string(), "is not a file");
   std::ifstream stream{path, std::ios::binary};
   if (!stream) refuse_file(path.string(), "cannot be opened: check its permissions");
-  // One byte more than allowed, so that parse_profile sees when there is too much.
+  // One byte more than allowed, so that parse_profile detects a file that is too large.
   std::string text(kMaxProfileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) refuse_file(path.string(), "cannot be read");

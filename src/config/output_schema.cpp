@@ -11,11 +11,12 @@
 namespace corbot {
 namespace {
 
-constexpr Bounds kFrameRate{40, 200, false, "Hz"};  // a servo's frame; beyond, pulses of 2500 us do not fit
+// of a servo's frames; with a higher rate pulses of 2500 us do not fit
+constexpr Bounds kFrameRate{40, 200, false, "Hz"};
 constexpr std::uint32_t kPca9685Channels = 16;
-constexpr std::uint32_t kMaestroChannels = 24;  // of the largest
+constexpr std::uint32_t kMaestroChannels = 24;  // of the largest model
 constexpr double kLongestAwake_us = 200.0;      // seven servos in a frame of 20 ms: 7 % of a processor
-constexpr double kSlot_us = 2700.0;             // of a staggered pulse: the longest, and room to be late
+constexpr double kSlot_us = 2700.0;             // for a staggered pulse: the longest, plus time to be late
 
 std::string read_path(Section& section, std::string_view key, std::string_view example) {
   std::string path = section.text(key).value_or("");
@@ -74,7 +75,7 @@ void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions& co
   section.finish();
 }
 
-/// Reads a table that is needed when `kind` names it, and checked when it is there.
+/// Reads a table, which is required if `kind` names it, and checked whenever it exists.
 template <class Options>
 bool read_one(Section& section, std::string_view name, BackendOptions& backend,
               void (*read)(Section, Options&, CommonBackendOptions&), Options& options) {
@@ -84,7 +85,7 @@ bool read_one(Section& section, std::string_view name, BackendOptions& backend,
   return is_chosen;
 }
 
-/// A chip and a line of it.
+/// Reads a chip and one of its lines.
 void read_line(Section& section, std::string& chip, std::string& line) {
   chip = read_path(section, "chip", "/dev/gpiochip0");
   line = section.text("line").value_or("");
@@ -171,7 +172,7 @@ void read_watchdog(Section section, Profile& profile) {
   options.active_low = read_active_low(section, "active", false);
   const double period_ms = section.number_or("period_ms", 10, {2, 1000, false, "ms"}).value_or(10);
   options.period_ns = static_cast<std::int64_t>(period_ms * 1e6);
-  // A cycle takes one period of the loop, and comes late now and then.
+  // A cycle takes one period of the loop, and is occasionally late.
   if (options.period_ns < profile.arm.period_ns) {
     section.refuse("period_ms", fmt::format("must be at least that of the loop, {} ms",
                                             static_cast<double>(profile.arm.period_ns) * 1e-6));

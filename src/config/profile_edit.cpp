@@ -20,15 +20,17 @@
 namespace corbot {
 namespace {
 
-/// Bytes of a text: [begin, end).
+/// A range of bytes in a text: [begin, end).
 struct Extent {
   std::size_t begin{};
   std::size_t end{};
 };
 
-/// Offset of a line and a column as the parser counts them: from 1, a column a code point.
+/// Returns the offset of a line and a column as the parser counts them: from 1, one column for each code
+/// point.
 std::size_t offset_of(std::string_view text, const toml::source_position& at) {
-  std::size_t offset = text.starts_with("\xef\xbb\xbf") ? 3 : 0;  // which it does not count
+  // the parser does not count the byte-order mark
+  std::size_t offset = text.starts_with("\xef\xbb\xbf") ? 3 : 0;
   for (toml::source_index line = 1; line < at.line; ++line) offset = text.find('\n', offset) + 1;
   for (toml::source_index column = 1; column < at.column && offset < text.size(); ++column) {
     ++offset;
@@ -60,7 +62,7 @@ toml::table parse(std::string_view text) {
   }
 }
 
-/// A string of TOML, on one line.
+/// Returns a TOML string on one line.
 std::string toml_string(std::string_view text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -89,10 +91,10 @@ std::vector<std::string_view> lines_of(std::string_view text) {
   throw std::system_error(errno, std::generic_category(), file);
 }
 
-/// Writes a new file beside `file` and puts it there at once.
+/// Writes a new file beside `file` and renames it atomically.
 void put(const std::string& file, const std::string& text, mode_t mode) {
   const std::string fresh = file + ".new";
-  ::unlink(fresh.c_str());  // of a write that was interrupted
+  ::unlink(fresh.c_str());  // left by a write that was interrupted
   const int fd = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
   if (fd < 0) throw_system(fresh);
   const bool whole = ::fchmod(fd, mode) == 0 &&
@@ -114,7 +116,7 @@ std::string edit_numbers(std::string_view text, std::span<const NumberEdit> edit
   const toml::table root = parse(text);
   std::vector<std::pair<Extent, double>> found;
   for (const NumberEdit& edit : edits) found.emplace_back(extent_of(text, root, edit.path), edit.value);
-  // From the end, so that what is before stays where it is.
+  // Ordered from the end, so that the offsets of earlier edits stay valid.
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.first.begin > b.first.begin; });
   std::string result(text);

@@ -23,7 +23,7 @@ void read_robot(Section& section, Profile& profile) {
   profile.arm.orientation_error_rad =
       section.number_or("orientation_error_deg", 0, {0, 180, false, "degrees"}).value_or(0) *
       kRadiansPerDegree;
-  section.skip("kind");  // is compared with what the geometry is recognised as
+  section.skip("kind");  // the recognition of the geometry checks it
   section.finish();
 }
 
@@ -80,7 +80,7 @@ void read_servant(Section section, Profile& profile) {
     profile.endpoint_host = *host;
   }
   profile.port = static_cast<int>(section.integer_or("port", 12810, {1, 65535, false, ""}).value_or(0));
-  // 64 commands fit into the ring, and a motion is up to two.
+  // The ring has space for 64 commands, and a motion has up to two.
   profile.queue_capacity =
       static_cast<int>(section.integer_or("queue", 16, {1, 32, false, "motions"}).value_or(0));
   section.finish();
@@ -93,8 +93,8 @@ void read_supervisor(Section section, SupervisorOptions& options) {
   section.finish();
 }
 
-/// The power stays on for as long as the arm may need to come to rest on its path. Limits by which no ramp_s is long enough are doubted
-/// elsewhere. `is_whole`: they have been read.
+/// Reads [stop]. The power stays on for as long as the arm may need to come to rest on its path. Another
+/// check doubts limits for which no ramp_s is long enough. `is_whole`: the limits have been read.
 void read_stop(Section section, const ArmModel& arm, bool is_whole, StopOptions& stop) {
   stop.category =
       static_cast<int>(section.integer_or("category", 1, {0, 1, false, "(IEC 60204-1)"}).value_or(1));

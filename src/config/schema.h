@@ -6,8 +6,8 @@
 
 namespace corbot {
 
-/// Reads every table of a profile into `profile` and reports what is wrong. `profile` is to be used only when
-/// there was no fault.
+/// Reads every table of a profile into `profile` and reports faults. `profile` is valid only if there was no
+/// fault.
 void read_schema(const toml::table& root, Profile& profile, FaultList& faults);
 
 }  // namespace corbot

@@ -25,7 +25,8 @@ std::string shorten(std::string text) {
   return text + "...";
 }
 
-/// As a person would find it in the file. Numbers by fmt: shortest text that reads back the same.
+/// Returns the value as a person finds it in the file. Numbers use fmt: the shortest text that reads back the
+/// same.
 std::string shown(const toml::node& node) {
   if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
   if (const auto* whole = node.as_integer()) return fmt::format("{}", whole->get());
@@ -57,7 +58,7 @@ bool within(double value, const Bounds& bounds) {
   return value <= bounds.upper && (bounds.above_lower ? value > bounds.lower : value >= bounds.lower);
 }
 
-/// With a separator in front: no length of an arm is so great.
+/// Returns a hint with a separator in front, for a length that no arm has.
 std::string metres_hint(const std::optional<double>& value, const Bounds& allowed) {
   const bool is_long = value && std::isfinite(*value) && std::abs(*value) > allowed.upper;
   return is_long && allowed.unit == "m" ? "; numbers are metres: 20 cm is 0.20" : "";

@@ -14,7 +14,7 @@
 
 namespace corbot {
 
-/// The allowed values of a number; messages are made from it.
+/// The allowed values of a number; messages contain them.
 struct Bounds {
   double lower;
   double upper;
@@ -25,22 +25,22 @@ struct Bounds {
 inline constexpr Bounds kHalfTurn{-180, 180, false, "degrees"};
 /// A limit of a motion: positive, and small enough that no product of limits overflows.
 constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
-/// The path of a Unix socket, bytes.
+/// Longest path of a Unix socket, bytes.
 inline constexpr std::size_t kLongestSocket = 107;
 
-/// Where faults are gathered while a profile is read.
+/// Collects faults while a profile is read.
 struct FaultList {
   std::string file;
   std::vector<ConfigFault> faults;
   void add(std::uint32_t line, std::string key, std::string value, std::string allowed);
 };
 
-/// A table of a profile while it is read. Every reader reports a fault and then returns nothing, so
-/// that one pass finds all of them. finish() reports the keys that were not read: they are unknown.
+/// A table of a profile while it is read. Every reader reports a fault and then returns nothing; one pass
+/// therefore finds all faults. finish() reports unread keys as unknown.
 class Section {
  public:
-  /// `table` may be null: a missing one has been reported, and its keys are not reported one by one. `name`
-  /// is the full key, empty at the top.
+  /// `table` may be null: its absence has been reported, so its keys are not reported one by one. `name` is
+  /// the full key, empty at the top.
   Section(const toml::table* table, std::string name, FaultList& faults);
 
   [[nodiscard]] std::optional<double> number(std::string_view key, const Bounds& allowed);
@@ -51,24 +51,25 @@ class Section {
   [[nodiscard]] std::optional<bool> flag_or(std::string_view key, bool fallback);
   [[nodiscard]] std::optional<std::string> text(std::string_view key);
   [[nodiscard]] std::optional<std::string> text_or(std::string_view key, std::string fallback);
-  /// Exactly `count` numbers.
+  /// Reads exactly `count` numbers.
   [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key, std::size_t count,
                                                            const Bounds& allowed);
-  /// One text or more, at most `most`.
+  /// Reads one text or more, at most `most`.
   [[nodiscard]] std::optional<std::vector<std::string>> texts(std::string_view key, std::size_t most);
-  /// Two numbers, the lower first.
+  /// Reads two numbers, the lower first.
   [[nodiscard]] std::optional<std::array<double, 2>> range(std::string_view key, const Bounds& allowed);
 
-  [[nodiscard]] Section table(std::string_view key);           ///< required
-  [[nodiscard]] Section table_or_empty(std::string_view key);  ///< its absence is no fault
-  /// An array of tables ([[key]]), required; empty after a fault.
+  [[nodiscard]] Section table(std::string_view key);           ///< must exist
+  [[nodiscard]] Section table_or_empty(std::string_view key);  ///< may be absent
+  /// Reads an array of tables ([[key]]), which must exist; returns an empty list after a fault.
   [[nodiscard]] std::vector<Section> tables(std::string_view key);
 
-  /// A key that is known, and has been read elsewhere or is not needed.
+  /// Accepts a known key that has been read elsewhere or is not needed.
   void skip(std::string_view key) { read_keys_.push_back(key); }
-  /// `wrong` is there instead of `right`, and reported so; `right` is then not reported as missing, nor `wrong` as unknown.
+  /// Reports that `wrong` stands in place of `right`. Then neither `right` is reported as missing, nor
+  /// `wrong` as unknown.
   void refuse_for(std::string_view wrong, std::string_view right, const std::string& why);
-  /// Reports a fault of a value that could be read.
+  /// Reports a fault of a value that was readable.
   void refuse(std::string_view key, std::string allowed);
   /// Reports the keys that were not read.
   void finish();
@@ -88,7 +89,7 @@ class Section {
   std::string name_;
   FaultList* faults_;
   std::vector<std::string_view> read_keys_;
-  std::vector<std::string_view> excused_;  ///< whose absence has been reported otherwise
+  std::vector<std::string_view> excused_;  ///< their absence has been reported otherwise
 };
 
 }  // namespace corbot

@@ -8,8 +8,9 @@
 
 namespace corbot {
 
-/// What servant and real-time task must have in common: the arm's model and the device (`kind` of [backend]). A segment
-/// that a simulated arm left gives a device neither position nor Error. The simulator's is that of the model alone.
+/// Returns a fingerprint that servant and real-time task must share: the arm's model and the device (`kind`
+/// of [backend]). A device therefore gets neither position nor Error from the segment of a simulated arm. The
+/// simulator's fingerprint covers the model alone.
 [[nodiscard]] inline std::uint64_t segment_fingerprint(const Profile& profile) {
   const std::uint64_t model = fingerprint(profile.arm);
   if (profile.backend.kind == "loopback") return model;

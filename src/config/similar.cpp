@@ -17,7 +17,7 @@ bool is_same(char a, char b) {
   return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
 }
 
-/// Levenshtein distance, one row at a time; capital letters are no edits.
+/// Returns the Levenshtein distance, one row at a time; capital letters are no edits.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

@@ -7,20 +7,21 @@
 
 namespace corbot {
 
-/// What most_similar() accepts as a misspelling. An edit: a letter inserted, left out or replaced. Capitals are none.
+/// The misspellings that most_similar() accepts. An edit inserts, omits or replaces a letter. Capitals are no
+/// edits.
 struct Similarity {
-  /// The most edits, for words of these lengths.
+  /// Returns the most edits, for words of these lengths.
   std::size_t (*most_edits)(std::size_t typed, std::size_t word);
-  /// A word that begins with what was typed counts as one edit, however much is left out.
+  /// A word that begins with the typed text counts as one edit, however much is omitted.
   bool prefix_is_one_edit;
 };
 
-/// Keys of a profile: an edit for each three letters, and a unit may be left out ("speed" for "speed_deg_s").
+/// Keys of a profile: one edit for each three letters, and a unit may be omitted ("speed" for "speed_deg_s").
 extern const Similarity kSimilarKey;
 /// Commands: two edits, but never a whole word.
 extern const Similarity kSimilarCommand;
 
-/// The word of `words` that `typed` is most likely a misspelling of; empty when none is near.
+/// Returns the word in `words` that `typed` most likely misspells, or "" if none is similar.
 [[nodiscard]] std::string_view most_similar(std::string_view typed, std::span<const std::string_view> words,
                                             const Similarity& similarity);
 

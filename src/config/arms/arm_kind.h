@@ -10,14 +10,14 @@
 
 namespace corbot::config {
 
-/// In the order of ArmKind: as `robot.kind` has them.
+/// Values of `robot.kind` in the order of ArmKind.
 inline constexpr std::array<std::string_view, 6> kKindNames{"anthropomorphic", "cartesian", "cylindrical",
                                                             "polar",           "scara",     "other"};
 [[nodiscard]] constexpr std::string_view name_of(ArmKind kind) noexcept {
   return kKindNames[static_cast<std::size_t>(kind)];
 }
 
-/// What the paper calls an arm of this family.
+/// Returns the paper's name of this arm family.
 [[nodiscard]] inline ArmKind kind_of(const Kinematics& kinematics) noexcept {
   return kinematics.visit([](const auto& form) { return std::remove_cvref_t<decltype(form)>::kKind; });
 }

@@ -10,27 +10,28 @@
 
 namespace corbot::config {
 
-/// By what `[geometry]` describes an arm.
+/// The form in which `[geometry]` describes an arm.
 enum class GeometryForm : std::uint32_t {
   kLengths,  ///< the four lengths and offsets of the paper's Table II
-  kDh,       ///< a D-H table, one row a joint
+  kDh,       ///< a D-H table, one row for each joint
   kUrdf      ///< a chain of a URDF
 };
 
-/// An arm's geometry as its profile gives it, before it was snapped, for those who explain it. What moves the arm is
-/// ArmModel::kinematics. Table values are those of the D-H table or the URDF; a joint value is the table value less home.
+/// An arm's geometry as in its profile, before snapping, for the functions that explain it.
+/// ArmModel::kinematics moves the arm. Table values are those of the D-H table or the URDF; a joint value is
+/// the table value minus home.
 struct ArmDescription {
   GeometryForm form{GeometryForm::kLengths};
-  DhTable table{};        ///< by table values; count 0 where a URDF was given
+  DhTable table{};        ///< by table values; count 0 for a URDF
   JointChain given{};     ///< by table values
   Joints home_q{};        ///< table value at joint value 0
   std::string urdf{};     ///< file, or "inline"
-  std::string reason{};   ///< why no family takes the arm; empty where one does
-  double difference_m{};  ///< by which snapping moved the tool at most: recognise.h
+  std::string reason{};   ///< why no family accepts the arm; empty if one does
+  double difference_m{};  ///< the largest change of the tool's position by snapping: recognise.h
   double difference_rad{};
 };
 
-/// The same arm by joint values: every axis where it is when the joints are at home.
+/// Returns the same arm by joint values: every axis at its place with the joints at home.
 [[nodiscard]] inline JointChain at_home(JointChain chain, const Joints& home_q) noexcept {
   Pose moved;
   for (std::size_t i = 0; i < chain.count; ++i) {
@@ -44,7 +45,7 @@ struct ArmDescription {
   return chain;
 }
 
-/// The same, row by row, without rounding but that of one addition.
+/// Does the same row by row, with no rounding except that of one addition.
 [[nodiscard]] inline DhTable at_home(DhTable table, const Joints& home_q) noexcept {
   for (std::size_t i = 0; i < table.count; ++i) {
     DhRow& row = table.rows[i];

@@ -30,7 +30,7 @@ std::string other_reading(const DhTable& table, const Joints& home_q) {
 std::optional<double> degrees_if_radians(double angle_rad) {
   constexpr double kStep = std::numbers::pi / 4;
   constexpr double kRounded = 5e-4;
-  const double value = angle_rad * 180.0 / std::numbers::pi;  // as it was written
+  const double value = angle_rad * 180.0 / std::numbers::pi;  // the value as written
   const double steps = std::round(value / kStep);
   if (steps == 0.0 || std::abs(steps) > 8.0 || std::abs(value - steps * kStep) > kRounded)
     return std::nullopt;

@@ -8,15 +8,15 @@
 
 namespace corbot::config {
 
-/// The family of a D-H table that no family takes, read in the other convention: `as "standard" it is of the family 'SCARA'`.
-/// Empty where a family takes the table as it is, or takes neither reading.
+/// Reads a D-H table that no family accepts in the other convention. Returns text such as `as "standard" it
+/// is of the family 'SCARA'`. Returns "" if a family accepts the table as it is, or accepts neither reading.
 [[nodiscard]] std::string other_reading(const DhTable& table, const Joints& home_q);
 
-/// The angle, in degrees, that this many "degrees" are in radians. Only multiples of 45 degrees are looked for, by
-/// three digits or more: 1.571, not 1.57. Empty for anything else.
+/// Returns the angle, in degrees, whose value in radians equals this many "degrees". It recognises only
+/// multiples of 45 degrees, with three digits or more: 1.571, not 1.57. Returns nothing otherwise.
 [[nodiscard]] std::optional<double> degrees_if_radians(double angle_rad);
 
-/// The first rotation of a URDF that no radians can be: `0 90 0`. Empty: there is none.
+/// Returns the first rotation of a URDF that cannot be in radians, such as `0 90 0`, or "".
 [[nodiscard]] std::string rotation_in_degrees(const std::string& urdf);
 
 }  // namespace corbot::config

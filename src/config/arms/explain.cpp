@@ -17,7 +17,7 @@
 namespace corbot::config {
 namespace {
 
-/// A condition's failure in words, empty where it holds. Joints count from 1 in what is said.
+/// Describes the failure of a condition, or returns "" if it holds. In the texts joints count from 1.
 class Conditions {
  public:
   explicit Conditions(const JointChain& chain) : axes_(chain.axes) {}
@@ -37,7 +37,7 @@ class Conditions {
                ? ""
                : fmt::format("axes {} and {} do not cross ({:.4g} m apart)", i, k, apart_m(i, k));
   }
-  /// Whether axis k passes the crossing of i and i + 1.
+  /// Checks that axis k goes through the crossing of i and i + 1.
   [[nodiscard]] std::string through_crossing(std::size_t i, std::size_t k) const {
     const auto centre = corbot::crossing(axes_[i - 1], axes_[i]);
     if (!centre) return crossing(i, i + 1);
@@ -82,7 +82,8 @@ std::string kinds(const JointChain& chain) {
   return text;
 }
 
-/// Why a family does not take axes of joints that it has, as far as this file knows it.
+/// Returns why a family does not accept axes with the right kinds of joints, as far as this file knows the
+/// reason.
 template <class Form>
 std::string why_not(const Conditions& c, const std::string& joints) {
   const std::size_t count = joints.size();

@@ -8,8 +8,8 @@
 
 namespace corbot::config {
 
-/// Link lengths and D-H offsets of a four-axis arm of the Lynx family: base rotating about z, then three
-/// parallel axes (shoulder, elbow, wrist). Source: the paper, Table I ('Start' column) and Table II.
+/// Link lengths and D-H offsets of a four-axis arm of the Lynx family. Its base rotates about z; three
+/// parallel axes follow (shoulder, elbow, wrist). Source: the paper, Table I ('Start' column) and Table II.
 struct FourAxisLengths {
   double l0_m{};  ///< table to shoulder axis
   double l1_m{};  ///< shoulder to elbow
@@ -19,8 +19,9 @@ struct FourAxisLengths {
   std::array<double, 4> offset_rad{};
 };
 
-/// The paper's Table II with these lengths, standard. α is 180 degrees twice: the elbow rotates the other way
-/// from the rest. x of the last frame and of the tool points along the hand.
+/// Returns the paper's Table II with these lengths, in the standard convention. An angle of 180 degrees
+/// occurs twice: the elbow rotates in the opposite direction. The x axis of the last frame and of the tool
+/// points along the hand.
 [[nodiscard]] inline DhTable four_axis_table(const FourAxisLengths& lengths) {
   constexpr double kPi = std::numbers::pi;
   const std::array<double, 4>& offset = lengths.offset_rad;
@@ -30,7 +31,8 @@ struct FourAxisLengths {
   table.rows[1] = {JointKind::kRotary, offset[1], 0.0, lengths.l1_m, kPi};
   table.rows[2] = {JointKind::kRotary, offset[2], 0.0, lengths.l2_m, kPi};
   table.rows[3] = {JointKind::kRotary, offset[3], 0.0, lengths.l3_m, 0.0};
-  // The last frame's y points down at zero; the tool's, like CartCoord's, is x along the hand and z upward.
+  // At zero the last frame's y points down; the tool's frame, like CartCoord's, has x along the hand and z
+  // upward.
   table.n_T_tool.orientation = about({1.0, 0.0, 0.0}, -kPi / 2);
   return table;
 }

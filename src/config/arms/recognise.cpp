@@ -12,7 +12,7 @@
 namespace corbot::config {
 namespace {
 
-constexpr int kVerified = 1000;        // random joints
+constexpr int kVerified = 1000;        // number of random joint values
 constexpr double kVerifiedTo = 1e-12;  // m and rad, for arms of a metre
 constexpr std::uint64_t kSeed = 1751;
 
@@ -20,7 +20,8 @@ struct Difference {
   double m{}, rad{};
 };
 
-/// The largest difference between two ways of going forward; `reach_m` is how far the tool gets.
+/// Returns the largest difference between two forward solutions; `reach_m` becomes the farthest tool
+/// position.
 template <class A, class B>
 Difference compare(const JointChain& chain, const A& a, const B& b, double& reach_m) {
   std::mt19937_64 random(kSeed);
@@ -56,7 +57,7 @@ RecognisedArm recognised(const JointChain& chain, const Given& given) {
                                arm.kinematics.family(), off.m, off.rad);
     }
   }
-  if (!arm.reason.empty()) {  // solved numerically: as given, not as snapped
+  if (!arm.reason.empty()) {  // a numerical solution uses the axes as given, not as snapped
     arm.kinematics = Kinematics::other(chain);
   }
   const Difference off = compare(

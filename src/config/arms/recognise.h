@@ -8,32 +8,36 @@
 
 namespace corbot::config {
 
-/// Axes that are parallel, square or crossing within this (rad, m) are meant to be: what a URDF's 1.5708 leaves, and less than any
-/// machine is built to.
+/// Axes that are parallel, perpendicular or crossing within this (rad, m) are treated as exactly so. The
+/// tolerance covers a URDF's 1.5708, and is smaller than the manufacturing tolerance of any machine.
 inline constexpr double kSnapped = 1e-5;
 
-/// An arm's family, as found from its axes at zero.
+/// An arm's family, recognised from its axes at zero.
 struct RecognisedArm {
-  Kinematics kinematics;  ///< of the snapped axes; `OtherArm`, of the axes as given, where no family fits
+  Kinematics kinematics;  ///< of the snapped axes; if no family fits, `OtherArm` of the axes as given
   std::string
-      reason;  ///< where none fits: for each family with such joints, its first condition that fails; else empty
-  /// What snapping changed: the largest difference between the tool's pose by the family and as given, over random joints
-  /// (slides within 1 m). Noise of computing where the axes were exact.
+      /// If no family fits: the first condition that fails, for each family with such joints. Otherwise
+      /// empty.
+      reason;
+  /// Effect of snapping: the largest difference between the tool's pose by the family and as given, over
+  /// random joints (slides within 1 m). It is rounding error if the axes were exact.
   double difference_m{};
   double difference_rad{};
 };
 
-/// Snaps, asks the families in turn, and verifies what is found: at a thousand random joints within 1e-12 of the snapped axes.
-/// Not real-time safe.
+/// Snaps the axes, tries the families in turn, and verifies the result at a thousand random joints within
+/// 1e-12 of the snapped axes. Not real-time safe.
 [[nodiscard]] RecognisedArm recognise_arm(const JointChain& chain);
-/// Of a table, standard or modified; the difference is that to the product of its matrices.
+/// Does the same for a table, standard or modified. The difference is relative to the product of its
+/// matrices.
 [[nodiscard]] RecognisedArm recognise_arm(const DhTable& table);
 
-/// The axes with what is parallel, square or crossing within kSnapped made so. Each is brought into line with those before it, by a
-/// rotation and a displacement that everything beyond it takes part in, so that errors do not add up along the arm.
+/// Returns the axes with exact parallel, perpendicular and crossing axes instead of those within kSnapped.
+/// Each axis is aligned with the previous ones by a rotation and a displacement of everything beyond it.
+/// Errors therefore do not add up along the arm.
 [[nodiscard]] JointChain snapped(const JointChain& chain);
 
-/// Why no family takes these axes.
+/// Returns why no family accepts these axes.
 [[nodiscard]] std::string explain_other(const JointChain& chain);
 
 }  // namespace corbot::config

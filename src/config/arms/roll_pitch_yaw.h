@@ -8,14 +8,15 @@
 
 namespace corbot::config {
 
-/// Roll about x, then pitch about y, then yaw about z, all about fixed axes, as in a URDF: Rz(yaw) Ry(pitch) Rx(roll). Radians.
+/// Roll about x, then pitch about y, then yaw about z, all about fixed axes, like in a URDF: Rz(yaw)
+/// Ry(pitch) Rx(roll). Radians.
 struct RollPitchYaw {
   double roll_rad{};
   double pitch_rad{};
   double yaw_rad{};
 };
 
-/// Right and straight angles are meant exactly.
+/// Converts to a quaternion. Right and straight angles are exact.
 [[nodiscard]] inline Quaternion to_quaternion(const RollPitchYaw& angles) noexcept {
   const auto turn = [](std::size_t axis, double angle_rad) {
     const double c = detail::exact_cosine(0.5 * angle_rad), s = detail::exact_sine(0.5 * angle_rad);
@@ -24,8 +25,9 @@ struct RollPitchYaw {
   return normalised(turn(2, angles.yaw_rad) * turn(1, angles.pitch_rad) * turn(0, angles.roll_rad));
 }
 
-/// The yaw from what is left of x on the horizontal, the roll from what yaw and pitch leave of the rotation: so the three together
-/// lose no digits next to a pitch of 90 degrees, where yaw and roll alone do. There the yaw is 0.
+/// Converts to angles. The yaw follows from the horizontal part of x, the roll from the rotation that yaw and
+/// pitch leave. The three together therefore lose no digits near a pitch of 90 degrees, although yaw and roll
+/// alone do. At 90 degrees the yaw is 0.
 [[nodiscard]] inline RollPitchYaw to_roll_pitch_yaw(const Quaternion& orientation) noexcept {
   constexpr double kUpright = 1e-13;
   const Matrix3 r = to_matrix(orientation);

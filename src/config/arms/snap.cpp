@@ -10,7 +10,7 @@
 namespace corbot::config {
 namespace {
 
-/// Everything from joint `first` on, moved within frame 0.
+/// Moves everything from joint `first` on, within frame 0.
 void move_from(JointChain& chain, std::size_t first, const Pose& motion) {
   for (std::size_t i = first; i < chain.count; ++i) {
     JointAxis& axis = chain.axes[i];
@@ -22,7 +22,7 @@ void move_from(JointChain& chain, std::size_t first, const Pose& motion) {
   chain.zero_T_n.orientation = normalised(chain.zero_T_n.orientation);
 }
 
-/// The direction that is meant, by those of the joints before.
+/// Returns the exact direction for a joint, relative to those of the previous joints.
 Vector3 meant_direction(const JointChain& chain, std::size_t joint) {
   const Vector3& own = chain.axes[joint].direction;
   for (std::size_t i = joint; i-- > 0;) {
@@ -35,7 +35,7 @@ Vector3 meant_direction(const JointChain& chain, std::size_t joint) {
     if (std::abs(dot(own, other)) >= kSnapped) continue;
     if (!first) {
       first = other;
-    } else if (norm(cross(*first, other)) > 0.1) {  // square to two: their common normal
+    } else if (norm(cross(*first, other)) > 0.1) {  // perpendicular to two: their common normal
       const Vector3 n = cross(*first, other);
       return (std::copysign(1.0, dot(n, own)) / norm(n)) * n;
     }
@@ -58,7 +58,7 @@ void snap_direction(JointChain& chain, std::size_t joint) {
   chain.axes[joint].direction = to;
 }
 
-/// From a point to the nearest one of an axis.
+/// Returns the vector from a point to the nearest point of an axis.
 Vector3 to_axis(const Vector3& point, const JointAxis& axis) {
   const Vector3 away = axis.point_m - point;
   return away - dot(away, axis.direction) * axis.direction;

@@ -13,12 +13,12 @@
 namespace corbot::config {
 namespace {
 
-constexpr double kFarthestOrigin_m = 100.0;  // as a base frame
+constexpr double kFarthestOrigin_m = 100.0;  // the same limit as for a base frame
 
-/// False for what is not finite, too.
+/// Returns false also for values that are not finite.
 bool is_near(const Pose& frame) { return is_finite(frame) && norm(frame.position_m) <= kFarthestOrigin_m; }
 
-/// Keeps what urdfdom reports, which it would print, while it exists.
+/// Stores the first error of urdfdom, instead of printing it, during its lifetime.
 class CaughtMessages final : public console_bridge::OutputHandler {
  public:
   CaughtMessages() { console_bridge::useOutputHandler(this); }
@@ -40,7 +40,7 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& xml) {
   urdf::ModelInterfaceSharedPtr model;
   try {
     model = urdf::parseURDF(xml);
-  } catch (const std::exception& error) {  // of a number that is none
+  } catch (const std::exception& error) {  // an invalid number
     throw UrdfError(fmt::format("is no URDF: {}", error.what()));
   }
   if (model == nullptr) {
@@ -54,7 +54,7 @@ Pose pose_of(const urdf::Pose& given) {
   return {{given.position.x, given.position.y, given.position.z}, normalised({q.w, q.x, q.y, q.z})};
 }
 
-/// From base to tip.
+/// Returns the joints from base to tip.
 std::vector<urdf::JointSharedPtr> joints_between(const urdf::ModelInterface& model, const std::string& base,
                                                  const std::string& tip) {
   for (const std::string& link : {base, tip}) {
@@ -104,7 +104,7 @@ UrdfChain read_urdf_chain(const std::string& xml, const std::string& base_link, 
   const urdf::ModelInterfaceSharedPtr model = parse(xml);
   UrdfChain found;
   JointChain& chain = found.chain;
-  Pose at;  // of the link reached, in frame 0, all joints at zero
+  Pose at;  // of the present link, in frame 0, with all joints at zero
   for (const urdf::JointSharedPtr& joint : joints_between(*model, base_link, tip_link)) {
     at = at * pose_of(joint->parent_to_joint_origin_transform);
     if (!is_near(at)) {

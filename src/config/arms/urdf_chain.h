@@ -10,29 +10,30 @@
 
 namespace corbot::config {
 
-/// What is wrong with a URDF.
+/// A fault of a URDF.
 class UrdfError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A joint that moves, as the URDF has it. Rad or m.
+/// A movable joint of the URDF. Rad or m.
 struct UrdfJoint {
   std::string name;
-  bool is_bounded{};  ///< has a lower limit below its upper one; a continuous joint has none
+  bool is_bounded{};  ///< has a lower limit below its upper one; a continuous joint does not
   double lower_q{};
   double upper_q{};
 };
 
-/// The joints from one link to another, in their order.
+/// The joints from one link to another, in order.
 struct UrdfChain {
   JointChain chain;  ///< frame 0 is the base link; zero_T_n ends at the tip link
   std::array<UrdfJoint, kMaxJoints> joints{};
 };
 
-/// Reads the URDF's XML. Fixed joints are parts of their links; what branches off (a gripper) is left out. Throws UrdfError: not a
-/// URDF, a link that is missing, no way from base to tip, more than six joints, or one that is neither turning nor sliding, or
-/// follows another (mimic). Not thread-safe, since urdfdom's messages are caught by a handler of the whole process.
+/// Reads the URDF's XML. Fixed joints become parts of their links; branches (a gripper) are ignored. Throws
+/// UrdfError if the text is not a URDF or a link is missing. Throws it if no path leads from base to tip, or
+/// there are more than six joints. Throws it for a joint that neither rotates nor slides, or that follows
+/// another one (mimic). Not thread-safe, since a process-wide handler receives urdfdom's messages.
 [[nodiscard]] UrdfChain read_urdf_chain(const std::string& xml, const std::string& base_link,
                                         const std::string& tip_link);
 

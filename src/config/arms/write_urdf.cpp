@@ -44,9 +44,9 @@ std::string write_urdf(const ArmModel& arm, const std::string& robot, std::span<
       fmt::format("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n  <link name=\"{}\"/>\n", robot, kUrdfBase);
   std::string parent = "link_0";
   xml += fixed("stand", kUrdfBase, parent, chain.base_T_0);
-  Vector3 at_m{};  // of the parent link, whose frame is parallel to frame 0 while all joints are at zero
+  Vector3 at_m{};  // of the parent link, whose frame is parallel to frame 0 with all joints at zero
   for (std::size_t i = 0; i < chain.count; ++i) {
-    // A slide's point has no meaning of its own: its link begins where the one before is.
+    // The point of a sliding axis is arbitrary: its link begins at the previous one.
     const JointAxis& axis = chain.axes[i];
     const Vector3 point_m = axis.kind == JointKind::kRotary ? axis.point_m : at_m;
     const std::string child = fmt::format("link_{}", i + 1);
