@@ -10,12 +10,12 @@
 
 namespace corbot::omni {
 
-/// Corbot::Arm by the C++ mapping: converts and calls corbot_robot.h, nothing else.
+/// Implements Corbot::Arm with the C++ mapping: converts and calls corbot_robot.h, nothing else.
 class ArmServant final : public POA_Corbot::Arm {
  public:
   enum class Object {
-    kPublic,  ///< the robot's, for everyone
-    kControl  ///< those that Acquire returns
+    kPublic,  ///< the robot's object, for all clients
+    kControl  ///< the objects that Acquire returns
   };
   ArmServant(corbot_robot& robot, const ControlReferences& references, Object object);
 
@@ -125,25 +125,25 @@ class ArmServant final : public POA_Corbot::Arm {
 
  private:
   [[nodiscard]] std::string key_of_call() const;
-  /// Calls a function of corbot_robot.h for an operation that has no NotReady.
+  /// Calls a function of corbot_robot.h for an operation that does not raise NotReady.
   template <class Function, class... Arguments>
   void set(Function function, Arguments&&... arguments);
-  /// The same of one that has it, and waits for nothing.
+  /// Does the same for an operation that raises NotReady and never waits.
   template <class Function, class... Arguments>
   void set_at_once(Function function, Arguments&&... arguments);
-  /// Takes a place, starts the motion, waits for its end.
+  /// Takes a slot, starts the motion and waits for its end.
   template <class Function, class... Arguments>
   void start_and_finish(Function function, Arguments&&... arguments);
-  /// Takes a place, starts the motion.
+  /// Takes a slot and starts the motion.
   template <class Function, class... Arguments>
   Corbot::Ticket start(Function function, Arguments&&... arguments);
   /// Calls a function of corbot_robot.h that starts a motion.
   template <class Function, class... Arguments>
   Corbot::Ticket begin(const Caller& caller, Function function, Arguments&&... arguments);
-  /// The same; plans the motion and starts nothing.
+  /// Does the same, but only plans the motion.
   template <class Function, class... Arguments>
   Corbot::PlanInfo* plan(Function function, Arguments&&... arguments);
-  /// Takes a place and calls a function of corbot_robot.h that changes how the arm moves.
+  /// Takes a slot and calls a function of corbot_robot.h that changes how the arm moves.
   template <class Function, class... Arguments>
   void change(corbot_place_kind kind, Function function, Arguments&&... arguments);
   Corbot::MotionInfo* info(Corbot::Ticket id, double timeout_s, const Caller& caller);

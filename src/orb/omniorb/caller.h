@@ -8,18 +8,18 @@
 
 namespace corbot::omni {
 
-/// The client of the call that the present thread carries out, as corbot_robot.h takes it, while the object lives.
+/// The client of the present thread's call, for corbot_robot.h, during the lifetime of this object.
 class Caller {
  public:
-  /// `key`: of the reference on which it called; empty: the public one. `place`: of its call, if it has one, which must
-  /// outlive this.
+  /// `key`: key of the called reference; "": the public one. `place`: slot of the call, if it has one; it
+  /// must outlive this.
   explicit Caller(std::string key, const Place* place = nullptr);
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
   ~Caller() = default;
 
   [[nodiscard]] const corbot_caller* get() const noexcept { return &caller_; }
-  /// Motions are planned into `plan`, which must outlive this, and not started.
+  /// Plans motions into `plan`, which must outlive this, and does not start them.
   void plan_only(corbot_plan& plan) noexcept { caller_.plan = &plan; }
   [[nodiscard]] bool is_public() const noexcept { return key_.empty(); }
 

@@ -7,9 +7,10 @@
 
 namespace corbot::omni {
 
-/// The references that Acquire returns. Their object key is the robot's name and the key to exclusive control, and every
-/// such object key comes to the same servant, so what a process has given out is valid in the next one, too, and one
-/// that was never given out is answered like one that has ended.
+/// The references that Acquire returns. Their object key consists of the robot's name and the key of
+/// exclusive control. One servant serves all such object keys. A reference that a process has issued is
+/// therefore valid in the next process, too. A reference that was never issued gets the same answer as one
+/// whose control has ended.
 class ControlReferences {
  public:
   ControlReferences(CORBA::ORB_ptr orb, const std::string& robot);
@@ -17,9 +18,9 @@ class ControlReferences {
   /// `servant` outlives the ORB's service.
   void serve(PortableServer::Servant servant);
   [[nodiscard]] Corbot::Arm_ptr make(const char* key) const;
-  /// The object key of each of these references begins with this.
+  /// Returns the prefix of the object keys of these references.
   [[nodiscard]] std::string key_prefix() const;
-  /// The key of the reference on which the call came that this thread carries out, see corbot_read_key; never empty.
+  /// Returns the key in the reference of this thread's call, see corbot_read_key; never empty.
   [[nodiscard]] std::string key_of_call() const;
 
  private:

@@ -5,7 +5,7 @@
 
 #include "robot/corbot_robot.h"
 
-// Records of corbot_robot.h as those of the interface.
+// Convert records of corbot_robot.h to those of the interface.
 
 namespace corbot::omni {
 
@@ -17,7 +17,7 @@ namespace corbot::omni {
 [[nodiscard]] Corbot::Pose to_corba(const corbot_tool_pose& tool);
 [[nodiscard]] corbot_tool_pose from_corba(const Corbot::Pose& pose);
 [[nodiscard]] Corbot::GripperInfo to_corba(const corbot_gripper_info& gripper);
-/// And back.
+/// Converts back.
 void fill(const corbot_motion_info& from, Corbot::MotionInfo& to);
 void fill(const corbot_device_info& from, Corbot::DeviceInfo& to);
 /// `dof`: of the arm, here and below.

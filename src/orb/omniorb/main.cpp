@@ -49,7 +49,7 @@ std::string endpoint_text(const Options& options) {
   return text;
 }
 
-/// The ORB, listening.
+/// Returns the ORB, listening.
 CORBA::ORB_ptr start_orb(const Options& options) {
   check_port(options.host, options.port);
   std::vector<std::string> words{"corbot-servant"};
@@ -59,18 +59,18 @@ CORBA::ORB_ptr start_orb(const Options& options) {
   };
   words.insert(words.end(), options.orb.begin(), options.orb.end());
   add("endPoint", "giop:tcp:" + endpoint_text(options));
-  // Not published: a client with a reference of two addresses sends a call again at the second when the
-  // connection to the first is lost.
+  // Not published. When a client loses the first address of a reference with two addresses, it sends its call
+  // again to the second one.
   if (!options.unix_path.empty()) add("endPointNoPublish", "giop:unix:" + options.unix_path);
   add("unixTransportPermission", "0600");
-  add("threadPerConnectionPolicy", "1");      // a pool can be starved by half-sent requests
+  add("threadPerConnectionPolicy", "1");      // half-sent requests can starve a pool
   add("maxServerThreadPerConnection", "32");  // for clients that put all their calls on one connection
-  // How soon such a client's next call is seen while one of its calls waits, microseconds. The default of 50
-  // ms held a Stop up by as much; connectionWatchImmediate costs every read 10 us.
+  // Time until such a client's next call is seen while one of its calls waits, in microseconds. The default
+  // of 50 ms delayed a Stop by as much; connectionWatchImmediate costs every read 10 us.
   add("connectionWatchPeriod", "5000");
-  add("giopMaxMsgSize", "65536");  // no message of this interface is near it
+  add("giopMaxMsgSize", "65536");  // far above any message of this interface
   add("scanGranularity", "5");
-  add("inConScanPeriod", "180");  // half-open connections go
+  add("inConScanPeriod", "180");  // closes half-open connections
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   int argc = static_cast<int>(argv.size());
@@ -78,8 +78,8 @@ CORBA::ORB_ptr start_orb(const Options& options) {
   return CORBA::ORB_init(argc, argv.data());
 }
 
-/// Waits until the interrupted calls are over, and a moment more: the ORB does not report when
-/// a reply has been written, which follows within microseconds on an idle machine.
+/// Waits until the interrupted calls are over, and briefly more. The ORB does not report when a reply has
+/// been written; on an idle machine that follows within microseconds.
 void flush_replies() {
   using namespace std::chrono_literals;
   constexpr auto kReplyWritten = 50ms;
@@ -89,7 +89,7 @@ void flush_replies() {
   std::this_thread::sleep_for(kReplyWritten);
 }
 
-/// Requests are numbered by the stops that came before them, as long as the object lives.
+/// Numbers requests by the stops that preceded them, during the lifetime of this object.
 class Arrivals {
  public:
   explicit Arrivals(corbot_robot& robot) {
@@ -104,7 +104,7 @@ class Arrivals {
   ~Arrivals() { corbot_arrivals_end(); }
 };
 
-/// The servant's own client: whether a request gets through to the ORB.
+/// The servant's own client, which checks that a request gets through to the ORB.
 class Probe {
  public:
   Probe(corbot_robot& robot, const Options& options, const std::string& key) : robot_(robot) {
@@ -113,7 +113,7 @@ class Probe {
   Probe(const Probe&) = delete;
   Probe& operator=(const Probe&) = delete;
   ~Probe() {
-    corbot_robot_interrupt(&robot_);  // ends what uses the probe, whichever way this was left
+    corbot_robot_interrupt(&robot_);  // ends the thread that uses the probe, on every path
     corbot_giop_probe_close(&probe_);
   }
   static int answers(void* self) {
@@ -126,7 +126,7 @@ class Probe {
   corbot_giop_probe probe_{};
 };
 
-/// Serves until a signal asks for the end.
+/// Serves until a signal requests the end.
 void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   corbot_description description{};
   corbot_robot_describe(&robot, &description);
@@ -188,7 +188,8 @@ int main(int argc, char** argv) {
   sigaction(SIGHUP, nullptr, &of_parent);
   if (of_parent.sa_handler != SIG_IGN) sigaddset(&end_signals, SIGHUP);  // started by nohup
   signal(SIGPIPE, SIG_IGN);                                              // the reader of the log may end
-  pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);  // before any thread is started: all of them inherit it
+  // before any thread starts: all of them inherit the mask
+  pthread_sigmask(SIG_BLOCK, &end_signals, nullptr);
   corbot_block_release_signal();
   try {
     const RobotHandle robot = open_robot(options);

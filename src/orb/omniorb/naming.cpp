@@ -50,7 +50,7 @@ void NameBinder::run() {
 }
 
 CosNaming::NamingContext_ptr NameBinder::root() const {
-  // Made anew each time: a reference that once failed may have been forwarded to a service that is no more.
+  // Created anew each time: a reference that once failed may have been forwarded to a service that has ended.
   CORBA::Object_var object = orb_->string_to_object(service_.c_str());
   omniORB::setClientCallTimeout(object, kCallTimeout_ms);
   CosNaming::NamingContext_var context = CosNaming::NamingContext::_narrow(object);
@@ -72,7 +72,7 @@ void NameBinder::keep_bound() {
   try {
     CosNaming::NamingContext_var context = root();
     if (is_ours(context)) {
-      bound_ = true;  // perhaps by an earlier process of this servant, which was killed
+      bound_ = true;  // perhaps an earlier process of this servant, which was killed, bound it
       return;
     }
     CosNaming::Name robots;
@@ -81,7 +81,7 @@ void NameBinder::keep_bound() {
     try {
       CosNaming::NamingContext_var created = context->bind_new_context(robots);
     } catch (const CosNaming::NamingContext::AlreadyBound&) {
-      // The usual case: another robot, or an earlier process of this one, made it.
+      // The usual case: another robot, or an earlier process of this one, created it.
     }
     context->rebind(name_, reference_);
     spdlog::info("{} as Robots/{}.Robot in {}", bound_ ? "named again" : "named", robot_, service_);

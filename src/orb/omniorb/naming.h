@@ -11,9 +11,9 @@
 
 namespace corbot::omni {
 
-/// Keeps `Robots/<name>.Robot` bound in a naming service, in a thread of its own: binds when the service
-/// comes up, binds anew when it has been restarted or the name points elsewhere, goes on without it while it
-/// is down, and un-binds at the end. Logs each change once.
+/// Keeps `Robots/<name>.Robot` bound in a naming service, in a thread of its own. It binds when the service
+/// comes up, and again after a restart or if the name points elsewhere. It works without the service while
+/// that is down, and un-binds at the end. It logs each change once.
 class NameBinder {
  public:
   /// `service`: corbaloc of the naming context.
@@ -27,7 +27,7 @@ class NameBinder {
   void keep_bound();
   void unbind();
   [[nodiscard]] CosNaming::NamingContext_ptr root() const;
-  /// Whether the name is bound to our object.
+  /// Returns true if the name is bound to our object.
   [[nodiscard]] bool is_ours(CosNaming::NamingContext_ptr context) const;
 
   CORBA::ORB_var orb_;

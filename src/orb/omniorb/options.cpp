@@ -44,7 +44,7 @@ Options parse_options(int argc, char** argv) {
                  "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
   app.footer("Options that begin with -ORB go to omniORB.");
   try {
-    std::vector<std::string> reversed(own.rbegin(), own.rend());  // as CLI11 takes them
+    std::vector<std::string> reversed(own.rbegin(), own.rend());  // the order that CLI11 expects
     app.parse(reversed);
   } catch (const CLI::ParseError& error) {
     std::exit(app.exit(error) == 0 ? 0 : 2);

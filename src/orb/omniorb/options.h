@@ -14,14 +14,14 @@ struct Options {
   int port{-1};                  ///< −1: the profile's
   std::string unix_path;         ///< empty: no Unix socket
   std::string naming;            ///< corbaloc of a naming service; empty: none
-  std::string state_directory;   ///< of the last position; empty: the default one
-  std::vector<std::string> orb;  ///< -ORB… options, handed through
+  std::string state_directory;   ///< directory of the last position; empty: the default one
+  std::vector<std::string> orb;  ///< -ORB… options, passed on
 };
 
-/// Parses. Prints help or what is wrong and leaves the process when the command line asks for that.
+/// Parses the command line. Prints help or a fault and exits if necessary.
 Options parse_options(int argc, char** argv);
 
-/// Throws std::runtime_error naming address and cause when nothing can listen there now.
+/// Throws std::runtime_error with address and cause if no server can listen there now.
 void check_port(const std::string& host, int port);
 
 }  // namespace corbot::omni

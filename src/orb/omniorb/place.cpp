@@ -4,7 +4,7 @@
 #include <omniORB4/CORBA.h>
 #include <omniORB4/omniInterceptors.h>
 
-// These need each other in this order.
+// These headers need each other in this order.
 #include <omniORB4/internal/giopStream.h>
 
 #include <omniORB4/internal/giopStrand.h>
@@ -22,16 +22,16 @@
 namespace corbot::omni {
 namespace {
 
-/// Of the request that this thread carries out.
+/// The request that this thread carries out.
 thread_local corbot_connection connection{-1, 0};
 thread_local std::uint32_t request = 0;
 thread_local corbot_counted_stop counted{};
 
-/// Stops for this robot are counted on arrival. This does not change while the ORB serves.
+/// The robot whose stops are counted on arrival. This does not change while the ORB serves.
 struct Served {
   corbot_robot* robot{nullptr};
   std::string name;
-  std::string control;  ///< the object keys of exclusive control begin with this
+  std::string control;  ///< prefix of the object keys of exclusive control
 };
 Served& served() {
   static Served instance;
@@ -44,7 +44,7 @@ int descriptor_of(::omni::giopConnection* of) {
   return -1;
 }
 
-/// The number of the request in its message, which the ORB keeps from others than its own streams.
+/// Reads the number of the request in its message, which the ORB offers only to its own streams.
 struct RequestNumber : ::omni::giopStream {
   static CORBA::ULong of(const ::omni::giopStream& stream) {
     constexpr CORBA::ULong (::omni::giopStream::*kNumber)() const = &RequestNumber::requestId;
@@ -53,13 +53,14 @@ struct RequestNumber : ::omni::giopStream {
 };
 
 bool is_served(const ::omni::GIOP_S& giop) {
-  if (giop.keysize() <= 0) return false;  // the client has sent a whole reference instead: its call counts
+  // the client has sent a whole reference instead; the call itself counts its stop
+  if (giop.keysize() <= 0) return false;
   const std::string_view key(reinterpret_cast<const char*>(giop.key()),
                              static_cast<std::size_t>(giop.keysize()));
   return key == served().name || key.starts_with(served().control);
 }
 
-/// This takes no lock, no memory and no system call.
+/// Counts a Stop. Takes no lock, no memory and no system call.
 corbot_counted_stop count_stop(const ::omni::GIOP_S& giop) {
   bool hold = false;
   const char* const operation = giop.operation();
@@ -99,7 +100,7 @@ corbot_presence Place::presence() const {
 corbot_connection connection_of_call() noexcept { return connection; }
 
 std::uint64_t arrival_of_call() noexcept {
-  // Of GIOP before 1.2, whose messages are not interleaved, this thread has read the last bytes.
+  // Messages of GIOP before 1.2 are not interleaved: this thread has read the last bytes.
   const std::uint64_t stops = corbot_arrival_of(connection.fd, request);
   return stops != 0 ? stops : corbot_arrival();
 }

@@ -7,10 +7,10 @@
 
 namespace corbot::omni {
 
-/// Any failure as the exception that the interface names for it.
+/// Raises any failure as its exception of the interface.
 [[noreturn]] void raise(const corbot_error& error);
 
-/// Calls a function of corbot_robot.h, the error argument added, and raises what it refuses.
+/// Calls a function of corbot_robot.h with an error argument added, and raises its failure.
 template <class Function, class... Arguments>
 void call(Function function, Arguments&&... arguments) {
   corbot_error error{};

@@ -17,7 +17,7 @@ static bool is_refused(PortableServer_Servant servant, CORBA_Environment* ev) {
   return true;
 }
 
-/* Whether it was requested when it arrived; it is waited for then. */
+/* Returns true if the stop was requested on arrival; then waits for it. */
 static bool is_joined(PortableServer_Servant servant, int32_t hold, CORBA_Environment* ev) {
   if (self_of(servant)->target != kTargetJoinStop) return false;
   corbot_error error;

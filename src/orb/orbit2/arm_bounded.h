@@ -4,8 +4,8 @@
 
 #include <arm.h>
 
-/* Puts the bound of places.h around Stop and the operations that change how the arm moves: after the tables
- * are filled, once. */
+/* Puts the bounds of places.h around Stop and the operations that change how the arm moves. To be called
+ * once, after the tables are filled. */
 void arm_bound(POA_Corbot_Arm__epv* arm);
 
 #endif /* CORBOT_ORBIT2_ARM_BOUNDED_H */

@@ -9,7 +9,7 @@ static void check(corbot_status status, const corbot_error* error, CORBA_Environ
   if (status != CORBOT_OK) raise_failure(error, ev);
 }
 
-/* Of an operation that has no NotReady. */
+/* Raises the failure of an operation that does not raise NotReady. */
 static void check_setting(corbot_status status, const corbot_error* error, const Caller* caller,
                           CORBA_Environment* ev) {
   if (status != CORBOT_OK) raise_failure_of_setting(error, caller->call.key, ev);
@@ -101,7 +101,7 @@ static void set_override(PortableServer_Servant servant, CORBA_double percent, C
         &error, ev);
 }
 
-/* ORBit2 does not watch over the bound of sequence<JointRange, 6>; a request that ends too early gives NULL. */
+/* ORBit2 does not check the bound of sequence<JointRange, 6>. A truncated request gives NULL. */
 static void set_soft_limits(PortableServer_Servant servant, const Corbot_JointRanges* limits,
                             CORBA_Environment* ev) {
   const CORBA_unsigned_long count = limits == NULL ? 0 : limits->_length;
@@ -136,7 +136,7 @@ static void clear(PortableServer_Servant servant, CORBA_Environment* ev) {
 
 static Corbot_Arm acquire(PortableServer_Servant servant, const CORBA_char* who, CORBA_double lease,
                           CORBA_Environment* ev) {
-  if (who == NULL) { /* a request that ends too early */
+  if (who == NULL) { /* a truncated request */
     CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);
     return CORBA_OBJECT_NIL;
   }

@@ -4,7 +4,8 @@
 
 #include <arm.h>
 
-/* Fills settings, Stop and its like, and exclusive control into the tables that all servants share. */
+/* Fills settings, Stop and related operations, and exclusive control into the tables that all servants share.
+ */
 void arm_set_changes(POA_Corbot_Robot__epv* robot, POA_Corbot_Arm__epv* arm);
 
 #endif /* CORBOT_ORBIT2_ARM_CHANGES_H */

@@ -9,7 +9,7 @@
 typedef corbot_status (*SetFrame)(corbot_robot* robot, const corbot_caller* caller,
                                   const corbot_tool_pose* frame, corbot_error* error);
 
-/* A request that ends too early gives NULL. */
+/* Returns false for a truncated request, which gives NULL. */
 static bool is_whole(const Corbot_Pose* pose, CORBA_Environment* ev) {
   if (pose == NULL) CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);
   return pose != NULL;

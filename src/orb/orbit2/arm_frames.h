@@ -4,7 +4,7 @@
 
 #include <arm.h>
 
-/* Tool frame, base frame and solutions; none of it waits. */
+/* Fills in tool frame, base frame and solutions; none of them waits. */
 void arm_set_frames(POA_Corbot_Arm__epv* arm);
 
 #endif /* CORBOT_ORBIT2_ARM_FRAMES_H */

@@ -10,7 +10,7 @@
 #include "orb/orbit2/raise.h"
 #include "orb/orbit2/requests.h"
 
-/* Room in the IDL's sequence<double, 6>, which ORBit2 does not watch over. */
+/* Bound of the IDL's sequence<double, 6>, which ORBit2 does not check. */
 enum { kLongestJointCoord = 6 };
 
 static Corbot_Ticket start_move(PortableServer_Servant servant, CORBA_double px, CORBA_double py,
@@ -70,7 +70,7 @@ static Corbot_Ticket start_drive(PortableServer_Servant servant, CORBA_long arti
 static Corbot_Ticket start_move_joints(PortableServer_Servant servant, const Corbot_JointCoord* target,
                                        CORBA_double t, CORBA_Environment* ev) {
   if (!motion_has_place(servant, ev)) return 0;
-  /* A request that ends too early gives a NULL sequence, or one whose buffer is NULL. */
+  /* A truncated request gives a NULL sequence, or one whose buffer is NULL. */
   const CORBA_unsigned_long count = target == NULL ? 0 : target->_length;
   if (count > kLongestJointCoord || (count > 0 && target->_buffer == NULL)) {
     CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);

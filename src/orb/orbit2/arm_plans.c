@@ -8,7 +8,7 @@
 #include "orb/orbit2/convert.h"
 #include "orb/orbit2/raise.h"
 
-/* What a function of corbot_robot.h that starts a motion needs to plan only. */
+/* Arguments with which a function of corbot_robot.h that starts a motion only plans it. */
 typedef struct Planning {
   corbot_robot* robot;
   Caller room;
@@ -35,7 +35,7 @@ static Corbot_PlanInfo* found(PortableServer_Servant servant, corbot_status stat
   return result;
 }
 
-/* A request that ends too early gives NULL. */
+/* Returns false for a truncated request, which gives NULL. */
 static bool is_there(const void* argument, CORBA_Environment* ev) {
   if (argument == NULL) CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);
   return argument != NULL;
@@ -82,7 +82,7 @@ static Corbot_PlanInfo* plan_drive(PortableServer_Servant servant, CORBA_long ar
 static Corbot_PlanInfo* plan_move_joints(PortableServer_Servant servant, const Corbot_JointCoord* target,
                                          CORBA_double t, CORBA_Environment* ev) {
   if (!is_there(target, ev)) return NULL;
-  /* ORBit2 does not watch over the bound of a sequence. */
+  /* ORBit2 does not check the bound of a sequence. */
   const CORBA_unsigned_long count = target->_length;
   if (count > CORBOT_MAX_JOINTS || (count > 0 && target->_buffer == NULL)) {
     CORBA_exception_set_system(ev, ex_CORBA_MARSHAL, CORBA_COMPLETED_NO);

@@ -4,7 +4,7 @@
 
 #include <arm.h>
 
-/* Plans that start nothing; none of it waits. */
+/* Fills in the plans, which start nothing; none of them waits. */
 void arm_set_plans(POA_Corbot_Arm__epv* arm);
 
 #endif /* CORBOT_ORBIT2_ARM_PLANS_H */

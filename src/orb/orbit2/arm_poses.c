@@ -23,7 +23,8 @@ static Corbot_Ticket start_pose_with(StartPose start, PortableServer_Servant ser
                         &error, ev);
 }
 
-/* `frame`: ORBit2 does not check that it is a member of its enumeration; the robot does. */
+/* Starts a relative motion. ORBit2 does not check that `frame` is a member of its enumeration; the robot
+ * does. */
 static Corbot_Ticket start_relative_with(StartRelative start, PortableServer_Servant servant,
                                          const Corbot_Pose* offset, Corbot_OffsetFrame frame, double t,
                                          CORBA_Environment* ev) {

@@ -4,7 +4,7 @@
 
 #include <arm.h>
 
-/* Motions to a pose and by an offset. */
+/* Fills in the motions to a pose and by an offset. */
 void arm_set_poses(POA_Corbot_Arm__epv* arm);
 
 #endif /* CORBOT_ORBIT2_ARM_POSES_H */

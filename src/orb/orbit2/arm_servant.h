@@ -4,7 +4,7 @@
 
 #include "orb/orbit2/arm_instance.h"
 
-/* Corbot::Arm by the C mapping: converts and calls corbot_robot.h, nothing else. */
+/* Implements Corbot::Arm with the C mapping: converts and calls corbot_robot.h, nothing else. */
 
 /* The servant borrows the robot and the references. `target`: which of the objects of requests.h it is. */
 void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlReferences* references,

@@ -9,7 +9,7 @@
 #include "net/arrivals.h"
 #include "net/places.h"
 
-/* Defined here instead of in ORBit2. */
+/* Replaces ORBit2's function. */
 void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void* data, CORBA_Environment* ev);
 
 static GMutex mutex;
@@ -44,7 +44,7 @@ bool calls_idle(void) {
   return idle;
 }
 
-/* In the thread that serves the request. */
+/* Runs in the thread that serves the request. */
 void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void* data,
                                 CORBA_Environment* ev) {
   static void (*real)(void*, void*, void*, void*, CORBA_Environment*);
@@ -58,7 +58,7 @@ void ORBit_small_invoke_adaptor(void* object, void* request, void* method, void*
   memset(&current, 0, sizeof(current));
 }
 
-/* Of the client of a call that has a place. */
+/* Returns the presence of the client of a call that has a slot. */
 static int presence(void* servant) {
   const int place = self_of(servant)->target;
   if (!corbot_place_wanted(place)) return CORBOT_CALLER_GONE;

@@ -9,34 +9,34 @@
 #include "orb/orbit2/arm_instance.h"
 #include "robot/corbot_robot.h"
 
-/* What is known of a request when its operation is carried out. ORBit2 reads requests in one thread, serves them in
- * others, and passes an operation nothing of where its request came from. */
+/* The properties of a request while its operation is carried out. ORBit2 reads requests in one thread, serves
+ * them in others, and passes no information on the source of a request to the operation. */
 typedef struct Call {
   corbot_connection connection;
-  uint64_t stops; /* when it arrived, see corbot_caller */
+  uint64_t stops; /* number at its arrival, see corbot_caller */
   corbot_counted_stop counted;
-  /* Of the reference that was called, see corbot_read_key; "": the public one. */
+  /* Key in the called reference, see corbot_read_key; "": the public reference. */
   char key[CORBOT_KEY];
 } Call;
 
-/* In the I/O thread, which has just read it: the request goes to an object of ours. `counted` says
- * whether it is a Stop that was counted. `key`: NULL for the public reference. */
+/* Notes a request to one of our objects, in the I/O thread, which has just read it. `counted`: the Stop, if
+ * it was counted. `key`: NULL for the public reference. */
 Call calls_begin(void* request, corbot_counted_stop counted, corbot_connection connection, const void* key,
                  size_t length);
-/* Without effect for other requests. */
+/* Removes a request. No effect on other requests. */
 void calls_end(void* request);
-/* No request is being served. */
+/* Returns true if no request is being served. */
 bool calls_idle(void);
 
-/* The client of the call that this thread carries out, for corbot_robot.h, in *room: `Caller` lives as long as it is
- * used. */
+/* The client of this thread's call, for corbot_robot.h, in *room. The `Caller` must live as long as the
+ * result is used. */
 typedef struct Caller {
   corbot_caller caller;
   Call call;
   char from[CORBOT_PEER_TEXT];
 } Caller;
 const corbot_caller* caller_of(PortableServer_Servant servant, Caller* room);
-/* The same of a call that is still in the I/O thread. */
+/* Does the same for a call that is still in the I/O thread. */
 const corbot_caller* caller_of_call(const Call* call, Caller* room);
 
 #endif /* CORBOT_ORBIT2_CALLS_H */

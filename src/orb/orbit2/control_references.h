@@ -6,15 +6,15 @@
 
 #include "orb/orbit2/options.h"
 
-/* The references that Acquire returns. Their object key is NAME/KEY, which requests.c knows, whoever made it: what a
- * process has given out is valid in the next one, too. */
+/* The references that Acquire returns. Their object key is NAME/KEY, which requests.c accepts from any
+ * process. A reference that one process has issued is therefore valid in the next one, too. */
 typedef struct ControlReferences {
   CORBA_ORB orb;
   const Options* options;
   const char* robot;
 } ControlReferences;
 
-/* Nil, and an exception, when it cannot be made. */
+/* Returns nil, and an exception, if the reference cannot be made. */
 Corbot_Arm control_reference(const ControlReferences* references, const char* key, CORBA_Environment* ev);
 
 #endif /* CORBOT_ORBIT2_CONTROL_REFERENCES_H */

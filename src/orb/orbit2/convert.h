@@ -6,7 +6,8 @@
 
 #include "robot/corbot_robot.h"
 
-/* Records of corbot_robot.h as those of the interface. Strings and sequences in *to are allocated: it owns nothing before. */
+/* Convert records of corbot_robot.h to those of the interface. Strings and sequences in *to are allocated; it
+ * owns nothing before. */
 Corbot_RobotState convert_state(corbot_state state);
 void convert_joints(const double joints[CORBOT_MAX_JOINTS], int32_t count, Corbot_JointCoord* to);
 Corbot_GripperInfo convert_gripper(const corbot_gripper_info* gripper);

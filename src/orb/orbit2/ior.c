@@ -8,10 +8,10 @@
 #include "net/endpoint.h"
 
 enum { kIiopPort = 2809, kIiopMinor = 2, kInternetIop = 0 };
-/* ORBit2's own kind of profile, for Unix sockets. */
+/* ORBit2's own profile type, for Unix sockets. */
 static const guint32 kOrbitSpecific = 0xbadfaeca;
 
-/* CDR in an encapsulation: alignment counts from its start, where the byte order stands. */
+/* Begins a CDR encapsulation: alignment counts from its start, which contains the byte order. */
 static GByteArray* encapsulation(void) {
   const guint8 little_endian = 1;
   return g_byte_array_append(g_byte_array_new(), &little_endian, 1);
@@ -42,7 +42,7 @@ static void put_octets(GByteArray* out, const void* bytes, guint length) {
 
 static void put_text(GByteArray* out, const char* text) { put_octets(out, text, (guint)strlen(text) + 1); }
 
-/* With one profile. */
+/* Returns an IOR with one profile. */
 static char* ior_text(const char* type, guint32 tag, const GByteArray* profile) {
   GByteArray* all = encapsulation();
   put_text(all, type);
@@ -62,7 +62,7 @@ char* ior_make(const char* type, const char* host, int port, const char* key, un
   put_text(profile, host);
   put_u16(profile, (guint16)port);
   put_octets(profile, key, key_length);
-  put_u32(profile, 0); /* components */
+  put_u32(profile, 0); /* number of components */
   char* text = ior_text(type, kInternetIop, profile);
   g_byte_array_unref(profile);
   return text;
@@ -80,7 +80,8 @@ char* ior_make_unix(const char* type, const char* path, const char* key, unsigne
   return text;
 }
 
-/* The sequence of octets in `all` at `at` that ends with these bytes; its length stands before it. */
+/* Returns true if `all` has a sequence of octets at `at` that ends with these bytes. Its length precedes it.
+ */
 static bool is_key(const GByteArray* all, guint at, const void* end, guint end_length, guint* length) {
   if (at + sizeof(*length) > all->len) return false;
   memcpy(length, all->data + at, sizeof(*length)); /* our own reference, in our own byte order */
@@ -100,7 +101,7 @@ GByteArray* ior_key(const char* ior, const void* end, unsigned end_length) {
   guint length = 0;
   for (guint at = 0; at < all->len; ++at) {
     if (!is_key(all, at, end, end_length, &length)) continue;
-    /* A profile may end with its key: the innermost sequence is the key. */
+    /* A profile may end with its key, so the innermost sequence is the key. */
     if (key != NULL) g_byte_array_unref(key);
     key = g_byte_array_append(g_byte_array_new(), all->data + at + sizeof(length), length);
   }
@@ -108,7 +109,7 @@ GByteArray* ior_key(const char* ior, const void* end, unsigned end_length) {
   return key;
 }
 
-/* "HOST[:PORT]" */
+/* Parses "HOST[:PORT]". */
 static bool parse_address(const char* text, corbot_endpoint* out) {
   char why[CORBOT_WHY];
   if (strchr(text, ':') != NULL) return corbot_endpoint_parse(text, out, why);

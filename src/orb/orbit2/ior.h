@@ -4,17 +4,18 @@
 
 #include <glib.h>
 
-/* References as "IOR:..." texts. ORBit2 reads a corbaloc by way of 16 GiB of memory, which ends the process
- * on a machine that has less, and leaks a little each time; so it never gets one. */
+/* Makes references as "IOR:..." texts. ORBit2 maps 16 GiB of memory to read a corbaloc, which ends the
+ * process on a machine with less. It also leaks a little each time. It therefore never gets a corbaloc. */
 
-/* The object `key` at host:port, over IIOP 1.2. `type`: repository id. To be freed with g_free. */
+/* Returns a reference to the object `key` at host:port, over IIOP 1.2. `type`: repository id. To be freed
+ * with g_free. */
 char* ior_make(const char* type, const char* host, int port, const char* key, unsigned key_length);
 
-/* The same on a Unix socket, which clients on ORBit2 on this machine can reach. */
+/* Does the same for a Unix socket, which ORBit2 clients on this machine can reach. */
 char* ior_make_unix(const char* type, const char* path, const char* key, unsigned key_length);
 
-/* The object key in a reference, of whatever transport, that ends with these bytes; NULL when there is none.
- * To be released with g_byte_array_unref. */
+/* Returns the object key in a reference of any transport that ends with these bytes, or NULL. To be released
+ * with g_byte_array_unref. */
 GByteArray* ior_key(const char* ior, const void* end, unsigned end_length);
 
 /* The same for a corbaloc ("corbaloc:[iiop]:[VERSION@]HOST[:PORT]/KEY", of several addresses the first); an

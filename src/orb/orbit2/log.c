@@ -46,7 +46,7 @@ void log_error(const char* format, ...) {
   va_end(arguments);
 }
 
-/* What GLib holds for fatal it ends the process for, after this returns. */
+/* Logs a message of GLib. If the message is fatal, GLib ends the process after this returns. */
 static void take_glib_message(const char* domain, GLogLevelFlags level, const char* message, void* unused) {
   (void)unused;
   const char* from = domain != NULL ? domain : "GLib";

@@ -2,9 +2,9 @@
 #ifndef CORBOT_ORBIT2_LOG_H
 #define CORBOT_ORBIT2_LOG_H
 
-/* Lines on standard error in the form of the omniORB servant's. Thread-safe. */
+/* Writes lines to standard error in the format of the omniORB servant. Thread-safe. */
 
-/* Takes the messages of GLib and ORBit2 in as well. */
+/* Also logs the messages of GLib and ORBit2 from now on. */
 void log_start(void);
 __attribute__((format(printf, 1, 2))) void log_info(const char* format, ...);
 __attribute__((format(printf, 1, 2))) void log_warning(const char* format, ...);

@@ -47,21 +47,21 @@ static gboolean end_by_hangup(gpointer data) {
   return G_SOURCE_CONTINUE;
 }
 
-/* Waits until the interrupted calls are over, and a moment more: the ORB does not report when a reply has
- * been written, which follows within microseconds on an idle machine. */
+/* Waits until the interrupted calls are over, and briefly more. The ORB does not report when a reply has been
+ * written; on an idle machine that follows within microseconds. */
 static void flush_replies(void) {
   for (int i = 0; i < kMostWaits && !corbot_places_idle(); ++i) g_usleep(1000);
   g_usleep(kReplyWritten_us);
 }
 
-/* The servant's own client: whether a request gets through to the ORB. */
+/* The servant's own client, which checks that a request gets through to the ORB. */
 static int answers(void* probe) {
   static const int kTimeout_ms = 1000;
   return corbot_giop_probe_answers(probe, kTimeout_ms);
 }
 
-/* Serves until a signal asks for the end. A main loop of our own: CORBA_ORB_run would leave GLib's sources,
- * the signals among them, unserved. */
+/* Serves until a signal requests the end. Uses its own main loop: CORBA_ORB_run would not serve GLib's
+ * sources, which include the signals. */
 static void run(const Orb* orb, const Options* options, const char* name, corbot_robot* robot) {
   EndRequest request = {g_main_loop_new(NULL, FALSE), 0};
   struct sigaction of_parent;
@@ -94,7 +94,7 @@ static void run(const Orb* orb, const Options* options, const char* name, corbot
   corbot_connections_end();
   corbot_connections_close_listeners();
   for (int i = 0; i < kMostWaits && !calls_idle(); ++i) g_usleep(1000);
-  g_usleep(kReplyWritten_us); /* likewise: a thread is in the POA for a moment after its request is over */
+  g_usleep(kReplyWritten_us); /* a thread stays in the POA briefly after the end of its request */
   for (size_t i = 0; i < G_N_ELEMENTS(sources); ++i) {
     if (sources[i] != 0) g_source_remove(sources[i]);
   }
@@ -131,7 +131,7 @@ static bool serve(const Options* options, corbot_robot* robot, const char* name)
 
 int main(int argc, char** argv) {
   Options options;
-  corbot_block_release_signal(); /* before any thread is started: all of them inherit it */
+  corbot_block_release_signal(); /* before any thread starts: all of them inherit the mask */
   options_parse(argc, argv, &options);
   log_start();
   corbot_connections_start();

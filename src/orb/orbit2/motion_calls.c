@@ -17,7 +17,7 @@ bool motion_has_place(PortableServer_Servant servant, CORBA_Environment* ev) {
     case kTargetRefuseStart:
       raise_queue_full(CORBOT_STARTING, ev);
       return false;
-    case kTargetRefuseChange: /* no such call is sent there */
+    case kTargetRefuseChange: /* no such call reaches this object */
     case kTargetJoinStop:
     case kTargetAtOnce:
       CORBA_exception_set_system(ev, ex_CORBA_INTERNAL, CORBA_COMPLETED_NO);

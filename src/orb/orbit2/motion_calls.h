@@ -7,14 +7,14 @@
 
 #include "robot/corbot_robot.h"
 
-/* What all operations that start a motion have in common. */
+/* Common parts of all operations that start a motion. */
 
-/* Whether the call has a place; if not, it is refused, and starts nothing. */
+/* Returns true if the call has a slot; else refuses the call, which then starts nothing. */
 bool motion_has_place(PortableServer_Servant servant, CORBA_Environment* ev);
-/* The end of every operation that starts a motion. */
+/* Ends every operation that starts a motion. */
 Corbot_Ticket motion_started(PortableServer_Servant servant, corbot_status status,
                              const corbot_ticket* ticket, const corbot_error* error, CORBA_Environment* ev);
-/* The end of the calls that return when their motion has ended. */
+/* Ends the calls that return when their motion has ended. */
 void motion_finish(PortableServer_Servant servant, Corbot_Ticket ticket, CORBA_Environment* ev);
 
 #endif /* CORBOT_ORBIT2_MOTION_CALLS_H */

@@ -15,12 +15,12 @@ static const gint64 kEndTimeout_us = 2000000;
 
 struct NameBinder {
   CORBA_ORB orb;
-  const char* service; /* as it was given, for the log */
+  const char* service; /* as given, for the log */
   char* robot;
   char* service_ior;
   char* robot_ior;
   CosNaming_NameComponent components[2];
-  CORBA_Object root; /* of the service; nil before the first use and after a failure */
+  CORBA_Object root; /* reference to the service; nil before the first use and after a failure */
   CORBA_Object ours;
   bool bound;
   bool has_warned;
@@ -43,8 +43,8 @@ static bool raised_user(CORBA_Environment* ev, const char* id) {
   return ev->_major == CORBA_USER_EXCEPTION && g_strcmp0(CORBA_exception_id(ev), id) == 0;
 }
 
-/* References are made anew after a failure, for the old ones may lead to a service that has ended, and only
- * then: ORBit2 leaks some fifty bytes of every corbaloc that it reads. */
+/* Creates references anew after a failure, as the old ones may lead to a service that has ended. It does so
+ * only then: ORBit2 leaks some fifty bytes of every corbaloc that it reads. */
 static bool has_references(NameBinder* binder, CORBA_Environment* ev) {
   if (binder->root == CORBA_OBJECT_NIL) {
     binder->root = CORBA_ORB_string_to_object(binder->orb, binder->service_ior, ev);
@@ -86,7 +86,8 @@ static void bind(NameBinder* binder, CORBA_Environment* ev) {
   const CosNaming_Name name = name_of(binder, 2);
   CosNaming_NamingContext created = CosNaming_NamingContext_bind_new_context(binder->root, &context, ev);
   if (raised_user(ev, ex_CosNaming_NamingContext_AlreadyBound)) {
-    CORBA_exception_free(ev); /* the usual case: another robot, or an earlier process of this one, made it */
+    CORBA_exception_free(
+        ev); /* the usual case: another robot, or an earlier process of this one, created it */
   } else if (raised(ev)) {
     return;
   } else {
@@ -177,7 +178,7 @@ void name_binder_end(NameBinder* binder) {
   while (!binder->ended && g_cond_wait_until(&binder->changed, &binder->mutex, until)) continue;
   const bool ended = binder->ended;
   g_mutex_unlock(&binder->mutex);
-  if (!ended) { /* the thread waits for a reply, with what is below, until the process ends */
+  if (!ended) { /* the thread waits for a reply, and uses the members below, until the process ends */
     log_warning("naming service %s does not reply; Robots/%s.Robot stays bound", binder->service,
                 binder->robot);
     return;

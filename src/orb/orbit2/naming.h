@@ -6,9 +6,9 @@
 
 #include "orb/orbit2/options.h"
 
-/* Keeps `Robots/<robot>.Robot` bound in a naming service, in a thread of its own: binds when the service
- * comes up, binds anew when it has been restarted or the name points elsewhere, goes on without it while it
- * is down, and un-binds at the end. Logs each change once. */
+/* Keeps `Robots/<robot>.Robot` bound in a naming service, in a thread of its own. It binds when the service
+ * comes up, and again after a restart or if the name points elsewhere. It works without the service while
+ * that is down, and un-binds at the end. It logs each change once. */
 typedef struct NameBinder NameBinder;
 
 /* Binds the key `robot` at the options' endpoint, which outlives this process; an ORBit2 object's own

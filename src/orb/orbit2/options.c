@@ -20,9 +20,9 @@ G_GNUC_NORETURN static void usage_error(const char* option, const char* text) {
   exit(kUsageError);
 }
 
-/* Takes the ORB's options out of the command line. */
+/* Removes the ORB's options from the command line. */
 static int take_orb_options(int argc, char** argv, Options* out) {
-  /* Where and how to listen is this program's to decide and to check. */
+  /* This program selects and checks the endpoint itself. */
   static const char* const ours[] = {"ORBIIOP", "ORBNetID", "ORBLocalOnly", "ORBNoUserRC", "ORBNoSystemRC"};
   int kept = 1;
   for (int i = 1; i < argc; ++i) {

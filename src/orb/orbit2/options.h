@@ -8,23 +8,23 @@
 
 enum { kMostOrbOptions = 16 };
 
-/* The servant's command line; the same as the omniORB servant's, and one option more. */
+/* The servant's command line: the omniORB servant's and one additional option. */
 typedef struct Options {
   char* profile;
-  char* name;               /* NULL: the profile's */
-  corbot_endpoint endpoint; /* port 0: the profile's */
-  char* unix_path;          /* NULL: TCP. ORBit2 listens on one address: a Unix socket takes TCP's place */
-  char* naming;             /* corbaloc of a naming service; NULL: none */
-  char* state_directory;    /* of the last position; NULL: the default one */
-  bool unsafe;              /* may listen elsewhere than on the loopback interface */
-  const char* orb[kMostOrbOptions]; /* --ORB... options, handed through */
+  char* name;                       /* NULL: the profile's */
+  corbot_endpoint endpoint;         /* port 0: the profile's */
+  char* unix_path;                  /* NULL: TCP; ORBit2 listens on one address, so it replaces TCP */
+  char* naming;                     /* corbaloc of a naming service; NULL: none */
+  char* state_directory;            /* directory of the last position; NULL: the default one */
+  bool unsafe;                      /* may listen on other interfaces than the loopback */
+  const char* orb[kMostOrbOptions]; /* --ORB... options, passed on */
   int orb_count;
 } Options;
 
-/* Parses. Prints help or what is wrong and leaves the process when the command line asks for that. */
+/* Parses the command line. Prints help or a fault and exits if necessary. */
 void options_parse(int argc, char** argv, Options* out);
-/* Fills in from the profile what the command line left open, and refuses (message, false) an address that is
- * not of the loopback interface, unless the option says that ORBit2's unsafety is known. */
+/* Fills in the endpoint from the profile if the command line gives none. Refuses an address that is not of
+ * the loopback interface (message, false), unless the option states that ORBit2's unsafety is known. */
 bool options_settle_endpoint(Options* options, const char* profile_host, int profile_port);
 void options_free(Options* options);
 

@@ -14,8 +14,8 @@
 #include "orb/orbit2/ior.h"
 #include "orb/orbit2/log.h"
 
-/* Exported by ORBit2, declared in none of its public headers: registers the type of connections. ORBit2 does
- * that at the first one, without a lock, and crashes when a client comes in while the first call goes out. */
+/* Registers the type of connections. ORBit2 exports it without a public declaration. It registers the type at
+ * the first connection without a lock, and crashes if a client connects during the first outgoing call. */
 extern GType giop_connection_get_type(void);
 
 bool orb_succeeded(CORBA_Environment* ev, const char* what) {
@@ -34,14 +34,14 @@ static bool is_listening_at(const char* path) {
   return listens;
 }
 
-/* ORBit2 fails silently where it cannot bind: checked before. */
+/* Returns true if the address is free: ORBit2 fails silently if it cannot bind. */
 static bool address_is_free(const Options* options) {
   if (options->unix_path != NULL) {
     if (is_listening_at(options->unix_path)) {
       log_error("%s is in use by another program", options->unix_path);
       return false;
     }
-    if (unlink(options->unix_path) == 0 || errno == ENOENT) return true; /* a dead process's */
+    if (unlink(options->unix_path) == 0 || errno == ENOENT) return true; /* left by a dead process */
     log_error("%s: %s", options->unix_path, strerror(errno));
     return false;
   }
@@ -72,10 +72,9 @@ static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
   (void)snprintf(socket_number, sizeof(socket_number), "%d", options->endpoint.port);
   (void)snprintf(host, sizeof(host), "--ORBIIOPIPName=%s", tcp ? options->endpoint.host : "localhost");
   (void)snprintf(port, sizeof(port), "--ORBIIOPIPSock=%s", tcp ? socket_number : options->unix_path);
-  /* The files ~/.orbitrc and /etc/orbitrc could open other addresses; the options that forbid them take
-   * effect only when a word follows that is no option. ORBit2's time-outs, 60 s by default, are set on a
-   * server's connections, too, and use a thread that may have ended meanwhile, which is a crash:
-   * they are off. */
+  /* The files ~/.orbitrc and /etc/orbitrc could open other addresses. The options that forbid them work only
+   * if a word follows that is no option. ORBit2's time-outs, 60 s by default, apply to a server's
+   * connections, too. They use a thread that may have ended meanwhile, which crashes; so they are off. */
   const char* own[] = {"corbot-servant-orbit2",
                        "--ORBNoUserRC",
                        "yes",
@@ -94,8 +93,8 @@ static void init_orb(Orb* orb, const Options* options, CORBA_Environment* ev) {
   orb->orb = CORBA_ORB_init(&count, words, (char*)"orbit-local-orb", ev);
 }
 
-/* ORBit2 looks for a private directory for sockets at its start, whatever it listens on, and leaves one under
- * /tmp where it finds none. It gets one for that moment. */
+/* Starts the ORB with a private directory. At its start ORBit2 looks for a private directory for sockets,
+ * whatever it listens on, and leaves one under /tmp if it finds none. */
 static bool init_orb_in_private(Orb* orb, const Options* options, CORBA_Environment* ev) {
   GError* error = NULL;
   char* directory = g_dir_make_tmp("corbot-orbit2-XXXXXX", &error);
@@ -112,7 +111,7 @@ static bool init_orb_in_private(Orb* orb, const Options* options, CORBA_Environm
   return orb_succeeded(ev, "ORBit2 does not start");
 }
 
-/* A POA beside the root, which is served by one thread whatever is asked of it. */
+/* Creates a POA beside the root, which always has one thread. */
 static PortableServer_POA new_poa(Orb* orb, const char* name, ORBitThreadHint threads,
                                   CORBA_Environment* ev) {
   PortableServer_POAManager manager = PortableServer_POA__get_the_POAManager(orb->root, ev);
@@ -131,8 +130,8 @@ static PortableServer_POA new_poa(Orb* orb, const char* name, ORBitThreadHint th
 static void create_poas(Orb* orb, CORBA_Environment* ev) {
   orb->root = (PortableServer_POA)CORBA_ORB_resolve_initial_references(orb->orb, (char*)"RootPOA", ev);
   if (ev->_major != CORBA_NO_EXCEPTION) return;
-  /* Not a thread a connection: JacORB and ORBit2 clients put all their calls on one connection, and a Stop
-   * would wait for the Move that it is to end (docs/orbs.md has the measurement). */
+  /* Not a thread for each connection: JacORB and ORBit2 clients put all their calls on one connection. A Stop
+   * would then wait for the Move that it is to end (docs/orbs.md has the measurement). */
   orb->poa = new_poa(orb, "robots", ORBIT_THREAD_HINT_PER_REQUEST, ev);
   if (ev->_major != CORBA_NO_EXCEPTION) return;
   orb->refusing = new_poa(orb, "refusing", ORBIT_THREAD_HINT_PER_POA, ev);
@@ -150,7 +149,7 @@ bool orb_start(Orb* orb, const Options* options) {
   return orb_succeeded(&ev, "no POA");
 }
 
-/* Asks as a client does whether the robot is here. An ORBit2 that was linked in another way may not come to
+/* Checks like a client that the robot is served. An ORBit2 that was linked in another way may not call
  * requests.c, and would serve nothing. */
 static bool is_served(const Options* options, const char* name) {
   static const int patience_ms = 10000;
@@ -167,14 +166,14 @@ static PortableServer_POA poa_for(const Orb* orb, int target) {
   return target == kTargetJoinStop ? orb->joining : orb->refusing;
 }
 
-/* Activates one servant; the key of its object, NULL when that fails. */
+/* Activates one servant. Returns the key of its object, or NULL on failure. */
 static GByteArray* activate(Orb* orb, ArmServant* servant, CORBA_Environment* ev) {
   PortableServer_POA poa = poa_for(orb, servant->target);
   PortableServer_ObjectId* id = PortableServer_POA_activate_object(poa, servant, ev);
   if (!orb_succeeded(ev, "the servant cannot be activated")) return NULL;
   CORBA_Object object = PortableServer_POA_servant_to_reference(poa, servant, ev);
   if (!orb_succeeded(ev, "the servant has no reference")) return NULL;
-  char* ior = CORBA_ORB_object_to_string(orb->orb, object, ev); /* ORBit2 first listens when asked for this */
+  char* ior = CORBA_ORB_object_to_string(orb->orb, object, ev); /* ORBit2 begins to listen in this call */
   if (!orb_succeeded(ev, "the servant has no address")) return NULL;
   GByteArray* key = ior_key(ior, id->_buffer, id->_length);
   if (key == NULL) log_error("no object key in %s", ior);
@@ -201,7 +200,7 @@ static bool activate_all(Orb* orb, ArmServant servants[kTargets], const char* na
 bool orb_serve(Orb* orb, const Options* options, ArmServant servants[kTargets], const char* name) {
   CORBA_Environment ev;
   CORBA_exception_init(&ev);
-  const mode_t mask = umask(S_IXUSR | S_IRWXG | S_IRWXO); /* of the Unix socket: its owner only */
+  const mode_t mask = umask(S_IXUSR | S_IRWXG | S_IRWXO); /* mode of the Unix socket: its owner only */
   const bool active = activate_all(orb, servants, name, &ev);
   (void)umask(mask);
   if (!active) return false;

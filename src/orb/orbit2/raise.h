@@ -6,10 +6,11 @@
 
 #include "robot/corbot_robot.h"
 
-/* Failures as the exceptions that the interface names for them. The environment owns what is raised. ORBit2
- * takes no NULL for a string: there is none in a corbot_error. */
+/* Raise failures as the interface's exceptions. The environment owns the exception. ORBit2 accepts no NULL
+ * string; a corbot_error contains none. */
 void raise_failure(const corbot_error* error, CORBA_Environment* ev);
-/* The same for an operation that has no NotReady, as NO_PERMISSION; `key`: of the reference that was called. */
+/* Does the same, as NO_PERMISSION, for an operation that does not raise NotReady. `key`: key in the called
+ * reference. */
 void raise_failure_of_setting(const corbot_error* error, const char* key, CORBA_Environment* ev);
 void raise_bad_parameter(const char* parameter, double value, const char* reason, CORBA_Environment* ev);
 void raise_queue_full(int capacity, CORBA_Environment* ev);

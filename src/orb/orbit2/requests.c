@@ -10,15 +10,15 @@
 
 #include "orb/orbit2/calls.h"
 
-/* Exported by ORBit2, declared in none of its public headers. */
+/* Exported by ORBit2 without a public declaration. */
 extern CORBA_sequence_CORBA_octet* giop_recv_buffer_get_objkey(void* request);
 extern char* giop_recv_buffer_get_opname(void* request);
 
-/* What carries an operation out. */
+/* A function that carries out an operation. */
 typedef void (*Skeleton)(PortableServer_Servant servant, gpointer result, gpointer* arguments,
                          gpointer context, CORBA_Environment* ev, gpointer implementation);
 
-/* Defined here instead of there. */
+/* Replace ORBit2's functions. */
 void link_connection_from_fd(void* connection, int fd, const void* protocol, char* host, char* service,
                              gboolean initiated, int status, int options);
 gboolean giop_connection_handle_input(void* connection);
@@ -33,13 +33,13 @@ static char* served_name;
 static GByteArray* keys[kTargets];
 /* The connection whose input this thread, ORBit2's I/O thread, is reading. */
 static _Thread_local int reading_fd = -1;
-/* The request whose call has the place; NULL: none, or it is over. */
+/* The request whose call has the slot; NULL: none, or it is over. */
 static void* _Atomic holders[CORBOT_PLACES];
 static corbot_robot* served_robot;
 
 static const char kDescriptor[] = "corbot-descriptor";
 
-/* The library's own function of that name. */
+/* Returns the library's own function of that name. */
 static void* own(const char* function) {
   void* found = dlsym(RTLD_NEXT, function);
   if (found == NULL) g_error("this ORBit2 has no %s", function);
@@ -74,8 +74,8 @@ gboolean giop_connection_handle_input(void* connection) {
   return result;
 }
 
-/* Whether an object key is ours: the robot's name, or NAME/KEY, a reference that Acquire returned, or that says so;
- * *pass and *pass_length are the KEY then, else NULL and 0. */
+/* Returns true if an object key is ours: the robot's name, or NAME/KEY of an Acquire's reference, valid or
+ * not. *pass and *pass_length are then the KEY, else NULL and 0. */
 static gboolean is_served(const CORBA_sequence_CORBA_octet* key, const void** pass, size_t* pass_length) {
   *pass = NULL;
   *pass_length = 0;
@@ -89,7 +89,7 @@ static gboolean is_served(const CORBA_sequence_CORBA_octet* key, const void** pa
   return TRUE;
 }
 
-/* This counts a Stop before the first lock of its request. It takes no lock, no memory and no system call itself. */
+/* Counts a Stop before the first lock of its request. Takes no lock, no memory and no system call itself. */
 static corbot_counted_stop count_stop(void* request) {
   const corbot_counted_stop none = {0, 0, 0, 0};
   bool hold = false;
@@ -98,7 +98,7 @@ static corbot_counted_stop count_stop(void* request) {
   return corbot_robot_count_stop(served_robot, hold ? 1 : 0);
 }
 
-/* Which object the request goes to. */
+/* Returns the object to which the request goes. */
 static int target_of(void* request, const Call* call) {
   corbot_place_kind kind = CORBOT_PLACE_TO_WAIT;
   const char* operation = giop_recv_buffer_get_opname(request);
@@ -126,7 +126,7 @@ static int target_of(void* request, const Call* call) {
   return capacity == CORBOT_HOST_PLACES ? kTargetRefuseHost : kTargetRefuseWait;
 }
 
-/* The key is not the request's to free: it lies in the message. */
+/* Sets the key, which the request does not own: it is part of the message. */
 static void set_key(CORBA_sequence_CORBA_octet* key, int target) {
   key->_buffer = keys[target]->data;
   key->_length = key->_maximum = keys[target]->len;
@@ -170,7 +170,7 @@ static void non_existent(PortableServer_Servant servant, gpointer result, gpoint
   *(CORBA_boolean*)result = CORBA_FALSE;
 }
 
-/* The operations of every object. ORBit2 knows _is_a only, and answers BAD_OPERATION to _non_existent. */
+/* Adds the operations of every object. ORBit2 has only _is_a, and answers BAD_OPERATION to _non_existent. */
 /* NOLINTNEXTLINE(readability-identifier-naming): ORBit2's name */
 Skeleton get_small_skel_CORBA_Object(PortableServer_Servant servant, const char* operation, gpointer* method,
                                      gpointer* implementation) {
@@ -186,8 +186,8 @@ Skeleton get_small_skel_CORBA_Object(PortableServer_Servant servant, const char*
   return real(servant, operation, method, implementation);
 }
 
-/* The end of every message. A request that never reached its operation, because its arguments could not be
- * read, gives its place back here. */
+/* Handles the end of every message. A request that never reached its operation, because its arguments were
+ * unreadable, frees its slot here. */
 void giop_recv_buffer_unuse(void* request) {
   static void (*real)(void*);
   if (real == NULL) *(void**)&real = own("giop_recv_buffer_unuse");
