@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kFormat = 3;
 constexpr std::size_t kMaxBootId = 64;
-/// Far more than the rounding of degrees, far less than a servo resolves.
+/// Far above the rounding of degrees, far below a servo's resolution.
 constexpr double kTolerance_q = 1e-6;
 
 std::tm parts_of(std::int64_t epoch_s) {
@@ -81,7 +81,7 @@ Joints read_joints(const toml::table& table, const ArmModel& arm) {
   return joints;
 }
 
-/// What does not depend on the profile.
+/// Reads the part that does not depend on the profile.
 LastPosition read_common(const toml::table& table) {
   LastPosition position;
   position.robot = required<std::string>(table, "robot");
@@ -162,7 +162,7 @@ std::string position_text(const LastPosition& position, const ArmModel& arm) {
 
 LastPosition parse_position(std::string_view text, std::string_view robot, std::string_view device,
                             const ArmModel& arm) {
-  const toml::table table = parse(text);  // a file that was cut short lacks its gripper, at its end
+  const toml::table table = parse(text);  // a truncated file lacks its gripper, which is at the end
   if (required<std::string>(table, "robot") != robot) throw PositionError("it is another robot's");
   try {
     if (required<std::int64_t>(table, "format") != kFormat)

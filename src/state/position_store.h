@@ -10,22 +10,22 @@
 
 namespace corbot {
 
-/// Where corbot saves what outlives a power-down: $CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot or
-/// ~/.local/state/corbot; empty where none of them is set.
+/// Returns the directory for files that outlive a power-down: $CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot or
+/// ~/.local/state/corbot. Returns an empty path if none of them is set.
 [[nodiscard]] std::filesystem::path default_state_directory();
 
-/// Id of this run of the machine, as the kernel reports it; empty where it does not.
+/// Returns the kernel's id of this boot, or "" if it has none.
 [[nodiscard]] std::string boot_id();
 
-/// The position that a snapshot holds, as it is saved; written now. The map that gives it its meaning is the
-/// one of the task that published it.
+/// Returns a snapshot's position in the form in which it is saved, with the present time. Its values refer to
+/// the map of the task that published it.
 [[nodiscard]] LastPosition position_of(const Snapshot& snapshot, const std::string& robot,
                                        const std::string& device);
 
 /// The file DIRECTORY/STEM.position, see state_file_stem(). Not real-time safe.
 class PositionStore {
  public:
-  /// `writer` tells apart the processes that write, so that neither gets into the other's new file. Throws
+  /// `writer` distinguishes the writing processes, so that none writes into another's new file. Throws
   /// std::invalid_argument for a name that no robot can have.
   PositionStore(const std::filesystem::path& directory, const std::string& robot, const std::string& device,
                 const std::string& writer);
@@ -34,12 +34,12 @@ class PositionStore {
   [[nodiscard]] const std::string& robot() const noexcept { return robot_; }
   [[nodiscard]] const std::string& device() const noexcept { return device_; }
 
-  /// Nothing when there is no such file. Throws PositionError for every file that is to be rejected, also one
-  /// that other users may write to, or that cannot be read.
+  /// Returns nothing if there is no such file. Throws PositionError for every invalid file, including one
+  /// that other users may write to, or that is unreadable.
   [[nodiscard]] std::optional<LastPosition> load(const ArmModel& arm) const;
 
-  /// Replaces the file: whatever happens meanwhile, a reader finds the old or the new one, whole. Makes the
-  /// directory, mode 0700. Throws std::system_error.
+  /// Replaces the file atomically: a reader always finds the old or the new file, complete. Creates the
+  /// directory with mode 0700. Throws std::system_error.
   void save(const LastPosition& position, const ArmModel& arm) const;
 
  private:

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
   throw std::system_error(error, std::generic_category(), path.string());
 }
 
-/// A file descriptor, closed at the end.
+/// A file descriptor that closes automatically.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -52,7 +52,7 @@ Descriptor open_directory(const fs::path& directory) {
 }  // namespace
 
 std::optional<std::string> read_private(const fs::path& file, std::size_t most) {
-  // O_NONBLOCK: a pipe in its place must not hold the start up.
+  // O_NONBLOCK: a pipe in its place must not block the start.
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (opened.get() < 0) {
     if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
@@ -73,7 +73,7 @@ std::optional<std::string> read_private(const fs::path& file, std::size_t most) 
 void replace_private(const fs::path& file, const fs::path& fresh, const std::string& text) {
   const fs::path directory = file.parent_path();
   std::error_code error;
-  fs::create_directories(directory.parent_path(), error);  // the next call reports what is wrong
+  fs::create_directories(directory.parent_path(), error);  // the next call reports a fault
   if (::mkdir(directory.c_str(), 0700) != 0 && errno != EEXIST) throw_system(directory, errno);
   const Descriptor parent = open_directory(directory);
   if (parent.get() < 0) throw_system(directory, errno);

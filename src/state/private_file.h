@@ -9,19 +9,20 @@
 
 namespace corbot {
 
-/// What is in it, `most` bytes and one more at the most; nothing when there is no such file. Throws std::runtime_error, with
-/// its name, for one that cannot be read, that is no regular file of this user, or that others may write to.
+/// Returns the content, at most `most` bytes and one more, or nothing if there is no such file. Throws
+/// std::runtime_error with the file's name if the file is unreadable, is no regular file of this user, or is
+/// writable by other users.
 [[nodiscard]] std::optional<std::string> read_private(const std::filesystem::path& file, std::size_t most);
 
-/// Replaces the file: whatever happens meanwhile, a reader finds the old or the new one, whole. `fresh` is beside it, and no
-/// other process writes there. Makes the directory, mode 0700. Throws std::system_error.
+/// Replaces the file atomically: a reader always finds the old or the new file, complete. `fresh` is beside
+/// it, and no other process writes there. Creates the directory with mode 0700. Throws std::system_error.
 void replace_private(const std::filesystem::path& file, const std::filesystem::path& fresh,
                      const std::string& text);
 
-/// For good, a power-down included; no effect when there is none. Throws std::system_error.
+/// Removes the file durably, also across a power-down; no effect if there is none. Throws std::system_error.
 void remove_private(const std::filesystem::path& file);
 
-/// Whether a robot can have this name, which becomes a part of a file's.
+/// Returns true if a robot can have this name, which becomes a part of a file name.
 [[nodiscard]] bool is_file_name(const std::string& robot);
 
 }  // namespace corbot

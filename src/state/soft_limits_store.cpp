@@ -17,7 +17,7 @@ namespace corbot {
 namespace {
 
 constexpr std::int64_t kSoftLimitsFormat = 3;
-/// Of degrees that were written as text, and no more.
+/// Tolerance for degrees that were written as text, and no more.
 constexpr double kRounding_q = 1e-9;
 
 std::size_t dof_of(const ArmModel& arm) { return std::min<std::size_t>(arm.dof, kMaxJoints); }
