@@ -23,7 +23,7 @@ std::string axis(std::int32_t joint) {
   return joint < 0 ? std::string("the gripper") : fmt::format("joint {}", joint);
 }
 
-/// Inputs that are pressed need no word; what counts as a press does.
+/// Describes the sources that count as a press. Pressed inputs need no description.
 std::string stop_sources_text(std::uint32_t sources) {
   static constexpr std::array<std::pair<StopSource, const char*>, 4> kCauses{{
       {StopSource::kGpioUnheard, "the line cannot be read"},
@@ -40,18 +40,18 @@ std::string stop_sources_text(std::uint32_t sources) {
   return text;
 }
 
-/// Of an event's joint; whoever forges one names a joint that is none.
+/// Returns the kind of an event's joint. A forged event may have an invalid joint.
 JointKind kind_of(std::int32_t joint, const JointKinds& kinds) {
   const auto index = static_cast<std::size_t>(joint);
   return joint >= 0 && index < kinds.size() ? kinds[index] : JointKind::kRotary;
 }
 
-/// "12.345 degrees", "0.012345 m".
+/// Returns "12.345 degrees", "0.012345 m".
 std::string value_text(JointKind kind, double value_q, int decimals_of_degrees) {
   return fmt::format("{:.{}f} {}", to_shown(kind, value_q), decimals(kind, decimals_of_degrees),
                      unit_name(kind));
 }
-/// Without the unit.
+/// Returns the number without the unit.
 std::string number_text(JointKind kind, double value_q, int decimals_of_degrees) {
   return fmt::format("{:.{}f}", to_shown(kind, value_q), decimals(kind, decimals_of_degrees));
 }

@@ -7,17 +7,17 @@
 #include "corbot/backend/device_cause.h"
 #include "corbot/channel/records.h"
 
-// The text of the real-time task's alarms: for the servant, and for the task's own log.
+// The text of the real-time task's alarms, for the servant and for the task's own log.
 
 namespace corbot {
 
-/// Such as "the line was cut"; "" for none.
+/// Returns text such as "the line was cut", or "" for no cause.
 [[nodiscard]] const char* device_cause_text(DeviceCause cause);
 
-/// What has happened, with joint, value and limit where there are any. `kinds`: of the arm's joints.
+/// Describes the event with joint, value and limit, if it has any. `kinds`: of the arm's joints.
 [[nodiscard]] std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds);
 
-/// The robot goes into Error with it; the others are warnings.
+/// Returns true if the alarm puts the robot into Error; other alarms are warnings.
 [[nodiscard]] bool causes_error(AlarmCode code);
 
 }  // namespace corbot
