@@ -14,10 +14,10 @@ namespace {
 using Kind = SegmentError::Kind;
 using Clock = std::chrono::steady_clock;
 
-/// A task that is not frozen answers at once, but for the moment in which it looks for what a servant holds
-/// of the task before it.
+/// Longest wait for an answer. A task that is not frozen answers at once, except while it searches a servant
+/// for the segment of the previous task.
 constexpr std::chrono::seconds kAnswer{3};
-/// A servant's numbers go on from its predecessor's, unless they cannot be right.
+/// A servant continues its predecessor's numbers, unless they cannot be valid.
 constexpr std::uint64_t kLargestStep = 1'000'000;
 constexpr std::uint64_t kMostClears = std::uint64_t{1} << 52;
 
@@ -43,7 +43,7 @@ Connected connect_to(const std::string& robot) {
   return {std::move(connection), peer};
 }
 
-/// The answer to a hello; a refusal is thrown.
+/// Returns the answer to a hello; throws a refusal.
 Message await_answer(const Descriptor& connection, const std::string& robot,
                      const std::function<bool()>& cancelled) {
   for (const auto deadline = Clock::now() + kAnswer; Clock::now() < deadline && !cancelled();) {
@@ -91,7 +91,7 @@ Observer Observer::of(const std::string& robot) {
     try {
       observer.servant_ = Segment<const ServantSegment>::open(std::move(welcome.servant), {robot, task.peer});
     } catch (const SegmentError&) {
-      // readable for the task only
+      // only the task may read it
     }
   }
   return observer;
@@ -120,8 +120,8 @@ bool StopPort::newest(Snapshot& out) const noexcept {
 }
 
 void StopPort::request() noexcept {
-  // The cycle after the newest one may have read the count already when it changes; the one after that has
-  // not.
+  // The cycle after the newest one may have read the count before the change; the cycle after that reads it
+  // changed.
   constexpr std::uint64_t kReadAfter = 2;
   Snapshot before{};
   Snapshot after{};
@@ -133,8 +133,8 @@ void StopPort::request() noexcept {
 }
 
 StopPort::Outcome StopPort::outcome() noexcept {
-  const bool lives =
-      !is_closed(connection_);  // before the snapshot: what a task that is gone had done counts
+  // precedes the snapshot: the last snapshot of a task that is gone counts
+  const bool lives = !is_closed(connection_);
   Snapshot now{};
   const bool has_now = newest(now);
   if (has_now && read_by_cycle_ && now.cycle >= *read_by_cycle_ && now.state != RtState::kStopping) {
@@ -142,7 +142,7 @@ StopPort::Outcome StopPort::outcome() noexcept {
       return Outcome::kAtRest;
     request();
   } else if (has_now && !read_by_cycle_) {
-    request();  // its first cycle has begun with the count as it was
+    request();  // its first cycle began with the previous count
   }
   return lives ? Outcome::kPending : Outcome::kTaskGone;
 }
@@ -169,7 +169,7 @@ std::shared_ptr<ServantChannel> ServantPort::connect(const std::function<bool()>
                                           own_);
 }
 
-/// Before the task works for this servant: numbers, flags and tails go on where the former servant's ended.
+/// Continues numbers, flags and tails of the previous servant, before the task works for this one.
 void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t peer) {
   ServantSegment& own = **own_;
   std::optional<Segment<const ServantSegment>> former;
@@ -180,7 +180,7 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
         former = Segment<const ServantSegment>::open(std::move(memory), {robot_, owner, fingerprint_});
         break;
       } catch (const SegmentError&) {
-        // not a segment that a servant of this robot has made
+        // not a segment of a servant of this robot
       }
     }
   }
@@ -198,10 +198,10 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
     own.control.pause.store(before->control.pause.load(std::memory_order_relaxed) != 0 ? 1 : 0);
     (void)raise_stop_count(own.control.stop_count,
                            before->control.stop_count.load(std::memory_order_acquire));
-    // Reports of a Clear name its number, and are read in place of the former one.
+    // Reports of a Clear contain its number, and are read in place of the previous one.
     const std::uint64_t clears = before->control.clear_count.load(std::memory_order_acquire);
     if (clears < kMostClears) own.control.clear_count.store(clears);
-    // A StopAndHold that no Clear has taken back. Added, since this servant may have been asked for one already.
+    // A StopAndHold that no Clear has ended. It is added, since this servant may have received one already.
     if (before->control.hold_count.load(std::memory_order_acquire) !=
         before->control.holds_cleared.load(std::memory_order_acquire))
       own.control.hold_count.fetch_add(1, std::memory_order_release);
@@ -212,8 +212,8 @@ void ServantPort::inherit(const Message& welcome, const TaskSegment& task, uid_t
     const auto begin = [](RingTail<>& tail, const RingTail<>* theirs, std::uint64_t published,
                           std::size_t capacity) {
       std::uint64_t taken = theirs != nullptr ? theirs->taken() : 0;
-      // The last one once more: it may have been killed before it had recorded it. But not where the task, which
-      // still goes by the former one's tail, may be writing that slot.
+      // The last report is read again: the servant may have been killed before it recorded the report. The
+      // exception is a slot that the task, which still uses the previous tail, may be writing.
       if (taken > 0 && published - taken < capacity / 2) --taken;
       tail.begin_at(published - taken <= capacity ? taken : published);
     };

@@ -12,20 +12,20 @@
 #include "shm/run_directory.h"
 #include "shm/segment.h"
 
-// The other ends of a real-time task's socket. Set-up and tear-down only.
+// The clients of a real-time task's socket. For set-up and tear-down only.
 
 namespace corbot {
 
-/// Reads a robot's channel: every write through it is a segmentation fault. Stays readable when the task is
-/// gone; a task that comes after it has a channel of its own.
+/// Reads a robot's channel: every write through it is a segmentation fault. It stays readable when the task
+/// is gone; the next task has a channel of its own.
 class Observer {
  public:
-  /// Throws SegmentError: kAbsent where no task runs.
+  /// Throws SegmentError: kAbsent if no task runs.
   [[nodiscard]] static Observer of(const std::string& robot);
   [[nodiscard]] const TaskSegment& task() const noexcept { return *task_; }
-  /// That of the last servant; null when there has been none.
+  /// Returns the segment of the last servant, or null if there was none.
   [[nodiscard]] const ServantSegment* servant() const noexcept { return servant_ ? &**servant_ : nullptr; }
-  /// Does the real-time task live? One system call.
+  /// Returns true if the real-time task lives. One system call.
   [[nodiscard]] bool task_alive() const noexcept { return !is_closed(connection_); }
 
  private:
@@ -36,39 +36,39 @@ class Observer {
   std::optional<Segment<const ServantSegment>> servant_;
 };
 
-/// Does a real-time task of that robot live? It may not respond.
+/// Returns true if a real-time task of that robot lives. It may not respond.
 [[nodiscard]] bool task_runs(const std::string& robot);
 
-/// Stops a robot on this machine without its servant: allowed to the task's user and to its stop group.
+/// Stops a robot on this machine without its servant. Only the task's user and its stop group may do so.
 class StopPort {
  public:
-  /// Throws SegmentError: kAbsent where no task runs.
+  /// Throws SegmentError: kAbsent if no task runs.
   [[nodiscard]] static StopPort of(const std::string& robot);
   /// Counts a stop request.
   void request() noexcept;
 
   enum class Outcome {
-    kPending,   ///< ask again
-    kAtRest,    ///< carried out; or an Error holds the arm
-    kTaskGone,  ///< nothing moves but by another task, which needs another StopPort
+    kPending,   ///< call outcome() again
+    kAtRest,    ///< the stop is carried out, or an Error holds the arm
+    kTaskGone,  ///< only another task could move the arm, and needs another StopPort
   };
-  /// What has become of request(). Counts it again where it was taken back before the task had read it:
-  /// others of the stop group may write the count, too.
+  /// Returns the result of request(). Counts the request again if it was removed before the task had read it:
+  /// other members of the stop group may write the count, too.
   [[nodiscard]] Outcome outcome() noexcept;
 
  private:
   StopPort(Descriptor connection, Segment<const TaskSegment> task, Segment<StopSegment> stop)
       : connection_(std::move(connection)), task_(std::move(task)), stop_(std::move(stop)) {}
-  /// Of the task's own cycle; false before the first.
+  /// Reads a snapshot of the task's own cycle; returns false before the first.
   [[nodiscard]] bool newest(Snapshot& out) const noexcept;
   Descriptor connection_;
   Segment<const TaskSegment> task_;
   Segment<StopSegment> stop_;
-  std::optional<std::uint64_t> read_by_cycle_{};  ///< the cycle that has read the request for certain
-  std::uint64_t stops_before_{0};                 ///< carried out before it
+  std::optional<std::uint64_t> read_by_cycle_{};  ///< a cycle that has certainly read the request
+  std::uint64_t stops_before_{0};                 ///< stops carried out before it
 };
 
-/// A servant's connection to one real-time task. Stays mapped when that task is gone.
+/// A servant's connection to one real-time task. It stays mapped when that task is gone.
 class ServantChannel {
  public:
   ServantChannel(Descriptor connection, std::uint64_t session, Segment<const TaskSegment> task,
@@ -77,13 +77,15 @@ class ServantChannel {
 
   [[nodiscard]] const TaskSegment& task() const noexcept { return *task_; }
   [[nodiscard]] ServantSegment& own() const noexcept { return **own_; }
-  /// Number of the last stop that this servant knows of: what is planned from now on comes after it.
+  /// Returns the number of the last stop that this servant knows of. Motions planned from now on follow this
+  /// stop.
   [[nodiscard]] std::uint64_t stops() const noexcept {
     Snapshot now{};
     std::atomic<std::uint64_t>& count = own().control.stop_count;
     return raise_stop_count(count, last_snapshot(task(), now) ? now.stops_done : count.load());
   }
-  /// Counts a Stop; its number. No other process can take it back: it is in the servant's own segment.
+  /// Counts a Stop and returns its number. The count is in the servant's own segment, so no other process can
+  /// undo it.
   [[nodiscard]] std::uint64_t request_stop() const noexcept {
     (void)stops();
     return own().control.stop_count.fetch_add(1, std::memory_order_acq_rel) + 1;
@@ -92,11 +94,11 @@ class ServantChannel {
     return ring_size(own().commands, task().commands_tail);
   }
 
-  /// Does the task live? One system call.
+  /// Returns true if the task lives. One system call.
   [[nodiscard]] bool task_alive() const noexcept { return !is_closed(connection_); }
-  /// Nobody else may use it any more.
+  /// Closes the connection; no other thread may use it any more.
   void disconnect() noexcept { connection_ = Descriptor(); }
-  /// Does its cycle read this servant's flags and commands, and not a former one's?
+  /// Returns true if the task's cycle reads this servant's flags and commands, not a previous servant's.
   [[nodiscard]] bool is_served() const noexcept {
     Snapshot now{};
     return task().snapshot.load(now) && now.servant_session == session_;
@@ -110,17 +112,17 @@ class ServantChannel {
   std::shared_ptr<Segment<ServantSegment>> own_;
 };
 
-/// What a servant finds when it connects to a task for the first time.
+/// The state that a servant finds when it connects to a task for the first time.
 struct Inheritance {
-  const ServantSegment* former;  ///< what the servant before it has left, unchecked; null: there was none
-  const Snapshot* last;          ///< of the task, or of the one before it; null: there is none
+  const ServantSegment* former;  ///< segment of the previous servant, unchecked; null: there was none
+  const Snapshot* last;          ///< snapshot of the task, or of the previous task; null: there is none
 };
 
-/// What a servant has of the channel for as long as it lives: its own segment, and a descriptor of the last
-/// task's, which a new task gets back.
+/// The part of the channel that a servant has for as long as it lives. It consists of its own segment and a
+/// descriptor of the last task's segment, which a new task gets back.
 class ServantPort {
  public:
-  /// Reads what a former servant left, before the task works for this one. Once.
+  /// Reads the previous servant's state, before the task works for this one. Called once.
   using Inherit = std::function<void(const Inheritance&)>;
 
   ServantPort(std::string robot, std::uint64_t fingerprint, Inherit inherit);
@@ -128,7 +130,7 @@ class ServantPort {
   ServantPort& operator=(const ServantPort&) = delete;
   ~ServantPort() = default;
 
-  /// One attempt; `cancelled` is asked while it waits for an answer. Throws SegmentError.
+  /// Makes one attempt; polls `cancelled` while it waits for an answer. Throws SegmentError.
   [[nodiscard]] std::shared_ptr<ServantChannel> connect(const std::function<bool()>& cancelled);
   [[nodiscard]] ServantSegment& own() const noexcept { return **own_; }
 

@@ -20,12 +20,12 @@ namespace {
 using Kind = SegmentError::Kind;
 using Clock = std::chrono::steady_clock;
 
-/// Beyond these, the oldest that is not the servant goes.
+/// Number of connections above which the oldest that is not the servant's is closed.
 constexpr std::size_t kMostConnections = 64;
-/// What a poll without an event may leave undone: unmapping a former servant's segment.
+/// Period of work without an event: the unmapping of a previous servant's segment.
 constexpr int kTidy_ms = 200;
 
-/// The groups of the process at the other end, as they were when it connected.
+/// Returns the groups of the peer process at the time of its connection.
 std::vector<gid_t> groups_of(const Descriptor& connection, gid_t first) {
   std::vector<gid_t> groups(64);
   auto size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
@@ -87,7 +87,7 @@ std::optional<Segment<const TaskSegment>> ChannelServer::await_predecessor(
           return Segment<const TaskSegment>::open(std::move(peer.hello->task),
                                                   {robot_, ::geteuid(), fingerprint_});
       } catch (const SegmentError&) {
-        // not a segment that a task of this robot has made: the position is settled without it
+        // not a segment of a task of this robot: the position is determined without it
       }
       return std::nullopt;
     }
@@ -125,7 +125,7 @@ void ChannelServer::run() {
   }
 }
 
-/// Somebody has cleaned up: the connections remain, but nobody else would find the task.
+/// Listens again after the file was removed: the connections remain, but no new process would find the task.
 void ChannelServer::listen_again() noexcept {
   try {
     auto directory = RunDirectory::open(true);
@@ -134,7 +134,7 @@ void ChannelServer::listen_again() noexcept {
     listening_ = std::move(listening);
     if (last_task_) (void)directory_->set_last_task(robot_, *last_task_);
   } catch (const SegmentError&) {
-    // not possible now: at the next turn
+    // not possible now: the next turn tries again
   }
 }
 
@@ -156,7 +156,8 @@ void ChannelServer::drop_oldest() {
   if (oldest != peers_.end()) peers_.erase(oldest);
 }
 
-/// Before a new servant is looked at: one that has just died is not in its way.
+/// Removes closed connections before a new servant is checked: a servant that has just died does not block
+/// it.
 void ChannelServer::drop_closed() {
   peers_.remove_if([](const Peer& peer) { return is_closed(peer.connection); });
 }
@@ -219,7 +220,8 @@ bool ChannelServer::admit(Peer& peer, const Message& hello) {
     case MessageType::kStopHello:
       if (!may_stop(peer)) throw not_allowed(robot_, peer.user, "stop");
       peer.role = Role::kReader;
-      return send_message(peer.connection, std::move(welcome), {task, stop});  // to see that it has stopped
+      // lets the client see that the arm has stopped
+      return send_message(peer.connection, std::move(welcome), {task, stop});
     case MessageType::kWelcome:
     case MessageType::kRefused:
     case MessageType::kReady:
@@ -229,7 +231,7 @@ bool ChannelServer::admit(Peer& peer, const Message& hello) {
 }
 
 void ChannelServer::admit_servant(Peer& peer, const Message& hello) {
-  // It may have died since drop_closed() looked, when this thread has waited for a processor.
+  // The servant may have died since drop_closed(), while this thread waited for a processor.
   if (const Peer* const dead = servant(); dead != nullptr && is_closed(dead->connection))
     peers_.remove_if([&](const Peer& each) { return &each == dead; });
   if (const Peer* const other = servant(); other != nullptr) {
@@ -253,7 +255,7 @@ void ChannelServer::begin_service(Peer& peer) {
   mailbox_->post(attached_.back()->offer);
 }
 
-/// The cycle reads the newest, or one before until it has taken it.
+/// Unmaps old segments. The cycle reads the newest one, or the one before until it has taken the newest.
 void ChannelServer::unmap_former() {
   const std::uint64_t used = mailbox_->connected();
   attached_.remove_if([&](const std::unique_ptr<Attached>& each) { return each->offer.session < used; });
@@ -287,7 +289,8 @@ bool ChannelServer::servant_waits() const noexcept {
   });
 }
 
-/// Connected, or about to: it holds the segment of this task, or of the one before.
+/// Returns true if a servant is connected, or about to connect: it holds the segment of this task, or of the
+/// previous one.
 bool ChannelServer::has_servant() {
   accept_all();
   for (Peer& peer : peers_) {
@@ -296,7 +299,7 @@ bool ChannelServer::has_servant() {
         receive_message(peer.connection, hello) == Received::kMessage)
       peer.hello = std::move(hello);
   }
-  // A servant that has gone leaves nothing that needs the socket, not even a message that nobody has read.
+  // A servant that has gone leaves nothing that needs the socket, not even an unread message.
   peers_.remove_if([](const Peer& peer) { return has_hung_up(peer.connection); });
   return servant() != nullptr || servant_waits();
 }
@@ -310,11 +313,11 @@ void ChannelServer::close() noexcept {
   connected_.store(false, std::memory_order_release);
   if (!listening_) return;
   try {
-    // A servant closes its connection before it looks whether the socket was left to it.
+    // A servant closes its connection before it checks whether it has to remove the socket.
     directory_->end(
         robot_, *listening_, [this] { return has_servant(); }, policy_.is_supervised);
   } catch (const SegmentError&) {
-    // no process has let go of the directory for two seconds: the socket is left behind
+    // no process has released the directory for two seconds: the socket is left behind
   }
   listening_.reset();
   peers_.clear();

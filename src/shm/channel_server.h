@@ -21,55 +21,59 @@ namespace corbot {
 /// The users that may connect besides the task's own user (and root, but not as the servant).
 struct ChannelPolicy {
   std::optional<uid_t> servant_user{};  ///< as the servant, or to read
-  std::optional<gid_t> stop_group{};    ///< to stop, and to see that it has stopped
-  bool is_supervised{false};  ///< whoever supervises this task keeps its segment, also when it ends in order
+  std::optional<gid_t> stop_group{};    ///< to stop, and to read the result
+  /// The supervisor keeps this task's segment, also when the task ends normally.
+  bool is_supervised{false};
 };
 
-/// The real-time task's end of its socket: hands each process that connects the segments that its role may
-/// have, and no others; at most one servant at a time. That a process lives is seen by its connection, which
-/// the kernel closes however it dies. In a thread of its own, never in the cycle's. Not real-time safe.
+/// The real-time task's end of its socket. Gives each connecting process the segments that its role allows,
+/// and no others; at most one servant at a time. The connection shows that a process lives: the kernel closes
+/// it at any end of the process. Runs in a thread of its own, never in the cycle's. Not real-time safe.
 class ChannelServer {
  public:
-  /// Called in the thread with the segment of a servant that has just connected, to be kept for a successor,
-  /// before the cycle works for it.
+  /// Stores the segment of a servant that has just connected for its successor. Called in the thread, before
+  /// the cycle works for that servant.
   using Keep = std::function<void(const Descriptor& servant)>;
 
-  /// Listens. Throws SegmentError when another task of that robot does.
+  /// Listens. Throws SegmentError if another task of that robot listens.
   ChannelServer(std::string robot, std::uint64_t fingerprint, ChannelPolicy policy);
   ChannelServer(const ChannelServer&) = delete;
   ChannelServer& operator=(const ChannelServer&) = delete;
   ~ChannelServer() { close(); }
 
-  /// An earlier task was killed, or ended while a servant was connected, which may hold its segment.
+  /// Returns true if an earlier task was killed, or ended while a servant was connected. The servant may
+  /// hold its segment.
   [[nodiscard]] bool left_behind() const noexcept { return left_behind_; }
-  /// Before serve(): waits until a servant connects, at most that long. Its segment of the earlier task,
-  /// where it has one that is sealed, of this user and this robot.
+  /// Waits until a servant connects, at most `window`. Returns its segment of the earlier task, if it has one
+  /// that is sealed, of this user and of this robot. To be called before serve().
   [[nodiscard]] std::optional<Segment<const TaskSegment>> await_predecessor(
       std::chrono::milliseconds window, const std::atomic<bool>& cancelled);
-  /// Before serve(): a servant has connected during that wait.
+  /// Returns true if a servant connected during that wait. To be called before serve().
   [[nodiscard]] bool servant_waits() const noexcept;
-  /// What an earlier task kept of its servant, for the next one to read. Before serve().
+  /// Takes the servant's segment that an earlier task kept, for the next servant to read. To be called before
+  /// serve().
   void inherit_servant(Descriptor servant);
 
-  /// The segment of the last task that may have moved the arm, as that task said; nothing where it is not
-  /// known.
+  /// Returns the segment of the last task that may have moved the arm, as that task recorded it, or nothing
+  /// if it is not known.
   [[nodiscard]] std::optional<std::uint64_t> last_task() const noexcept {
     return directory_->last_task(robot_);
   }
-  /// From now on it is that. Before serve(), or in the thread. False when it cannot be said.
+  /// Records this segment as the last one from now on. To be called before serve(), or in the thread. Returns
+  /// false if that fails.
   bool set_last_task(std::uint64_t segment) noexcept {
     last_task_ = segment;
     return directory_->set_last_task(robot_, segment);
   }
 
-  /// Starts the thread. All of them outlive close().
+  /// Starts the thread. All arguments outlive close().
   void serve(const Segment<TaskSegment>& task, const Segment<StopSegment>& stop, ServantMailbox& mailbox,
              Keep keep);
   [[nodiscard]] std::string path() const { return directory_->socket_path(robot_); }
   [[nodiscard]] bool servant_connected() const noexcept { return connected_.load(std::memory_order_acquire); }
 
-  /// Ends thread and connections. The socket stays in its directory while a servant is connected, which
-  /// removes it unless another task comes.
+  /// Ends thread and connections. While a servant is connected, the socket stays in its directory; the
+  /// servant removes it unless another task starts.
   void close() noexcept;
 
  private:
@@ -89,7 +93,7 @@ class ChannelServer {
 
   void run();
   void accept_all();
-  /// False when the connection is over.
+  /// Returns false if the connection is over.
   [[nodiscard]] bool handle(Peer& peer);
   [[nodiscard]] bool answer(Peer& peer, const Message& message);
   [[nodiscard]] bool admit(Peer& peer, const Message& hello);
@@ -117,9 +121,10 @@ class ChannelServer {
   const Segment<StopSegment>* stop_{nullptr};
   ServantMailbox* mailbox_{nullptr};
   Keep keep_;
-  std::list<std::unique_ptr<Attached>> attached_;  ///< newest last; it stays mapped when its servant is gone
+  /// newest last; a segment stays mapped when its servant is gone
+  std::list<std::unique_ptr<Attached>> attached_;
   Descriptor inherited_;
-  std::optional<std::uint64_t> last_task_{};  ///< as it was set
+  std::optional<std::uint64_t> last_task_{};  ///< as set
   std::uint64_t last_session_{0};
 
   Descriptor end_event_;

@@ -7,7 +7,7 @@
 
 namespace corbot {
 
-/// A file descriptor that closes itself.
+/// A file descriptor that its owner closes automatically.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -22,7 +22,7 @@ class Descriptor {
   }
 
   [[nodiscard]] int get() const noexcept { return fd_; }  ///< −1: none
-  /// Another owner closes it.
+  /// Gives the descriptor to another owner, which closes it.
   [[nodiscard]] int release() noexcept { return std::exchange(fd_, -1); }
   explicit operator bool() const noexcept { return fd_ >= 0; }
 

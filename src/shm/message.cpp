@@ -23,7 +23,7 @@ std::string text_of(const char (&text)[kSize]) {
   return {text, ::strnlen(text, kSize)};
 }
 
-/// Takes every descriptor that came, so that none leaks, however many were announced.
+/// Takes every received descriptor, so that none leaks, however many were announced.
 void take_descriptors(msghdr& header, Message& message) {
   std::array<Descriptor, kCarriedAtMost> came;
   std::size_t count = 0;

@@ -12,26 +12,26 @@
 #include "shm/descriptor.h"
 #include "shm/segment_error.h"
 
-// What a real-time task and the processes that connect to it say to each other, over a Unix socket that keeps
+// The messages between a real-time task and the processes that connect to it, over a Unix socket that keeps
 // the boundaries of messages. Not real-time safe.
 
 namespace corbot {
 
 enum class MessageType : std::uint32_t {
-  kServantHello = 1,   ///< with the servant's segment, and the last task's where it has one
-  kObserverHello = 2,  ///< wants to read
-  kStopHello = 3,      ///< wants to stop, and to see it
+  kServantHello = 1,   ///< with the servant's segment, and the last task's if it has one
+  kObserverHello = 2,  ///< requests to read
+  kStopHello = 3,      ///< requests to stop, and to read the result
   kWelcome = 4,        ///< with the segments that the role may have
   kRefused = 5,        ///< with kind and text of the SegmentError
   kReady = 6,          ///< the servant has set its tails: its segment may be used
 };
 
-/// Which segments a message carries descriptors of, in the order of the bits.
+/// The segments whose descriptors a message carries, in the order of the bits.
 enum : std::uint32_t { kCarriesTask = 1, kCarriesServant = 2, kCarriesStop = 4 };
 inline constexpr std::size_t kCarriedAtMost = 3;
 
 struct Message {
-  struct Record {  ///< as it is sent
+  struct Record {  ///< as sent
     std::uint64_t magic{kSegmentMagic};
     std::uint32_t abi{kSegmentAbi};
     MessageType type{};
@@ -50,24 +50,25 @@ struct Message {
   [[nodiscard]] std::string robot() const;
 };
 
-/// Adds a descriptor to be sent; it stays the caller's.
+/// A descriptor to be sent, which stays the caller's.
 struct Carried {
   std::uint32_t which;
   int fd;
 };
 
-/// False when it could not be sent at once.
+/// Sends a message. Returns false if it could not be sent at once.
 [[nodiscard]] bool send_message(const Descriptor& connection, Message message,
                                 std::initializer_list<Carried> carried = {});
 
 enum class Received { kMessage, kNothing, kClosed };
-/// Does not wait. kClosed also for what is no message; kMessage of another version carries nothing.
+/// Receives a message without waiting. kClosed also for data that is no message; a kMessage of another
+/// version carries nothing.
 [[nodiscard]] Received receive_message(const Descriptor& connection, Message& message);
 
-/// The process at the other end has closed the connection or died, and each of its messages is read.
-/// One system call; takes nothing from the connection.
+/// Returns true if the peer process has closed the connection or died, and all of its messages are read. One
+/// system call; takes nothing from the connection.
 [[nodiscard]] bool is_closed(const Descriptor& connection) noexcept;
-/// The process at the other end has closed the connection; its last messages may be unread.
+/// Returns true if the peer process has closed the connection; its last messages may be unread.
 [[nodiscard]] bool has_hung_up(const Descriptor& connection) noexcept;
 
 [[nodiscard]] ucred peer_of(const Descriptor& connection) noexcept;

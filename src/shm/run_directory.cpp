@@ -45,7 +45,8 @@ Descriptor make_socket(const std::string& path) {
   return socket;
 }
 
-/// By way of the directory's descriptor: short, however long the path is, and of that directory for certain.
+/// Returns the address through the directory's descriptor. It is short for any length of the path, and
+/// certainly in that directory.
 sockaddr_un address_in(const Descriptor& directory, std::string_view robot) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -55,7 +56,7 @@ sockaddr_un address_in(const Descriptor& directory, std::string_view robot) {
   return address;
 }
 
-/// None where there is none, unless `create`.
+/// Returns none if there is no directory, unless `create`.
 Descriptor open_directory(const std::string& path, bool create) {
   if (create && ::mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) throw_system(path, "mkdir", errno);
   Descriptor fd(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
@@ -117,7 +118,7 @@ std::optional<RunDirectory> RunDirectory::open(bool create) {
   Descriptor fd = is_chosen ? open_directory(path, create) : open_user_run_directory(create);
   if (!fd) return std::nullopt;
   const struct stat status = status_of(fd, path);
-  // Chosen, it may be another user's, and open to a group.
+  // A directory set by CORBOT_RUN_DIR may belong to another user and be open to a group.
   if (is_chosen && (status.st_mode & 0022) != 0) throw_shared(path);
   return RunDirectory(path, std::move(fd), status.st_uid);
 }
@@ -142,12 +143,12 @@ RunDirectory::Gate::Gate(const RunDirectory& directory) : directory_(directory) 
   }
 }
 
-/// False also where it was removed meanwhile, by the one that held it: then it is no lock any more.
+/// Returns false also if the previous holder removed the file meanwhile: it is then no lock any more.
 bool RunDirectory::Gate::try_lock() {
   lock_ = Descriptor(
       ::openat(directory_.fd_.get(), kLock, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0600));
   if (!lock_) throw_system(directory_.path_ + "/" + kLock, "open", errno);
-  // Made by root for another user's directory, it would keep that user out.
+  // A file that root created in another user's directory would exclude that user.
   if (::geteuid() == 0) (void)!::fchown(lock_.get(), directory_.owner_, static_cast<gid_t>(-1));
   struct stat locked {};
   struct stat named {};
@@ -292,7 +293,7 @@ std::vector<std::string> RunDirectory::robots(bool living) const {
       if (state == State::kNone) continue;
       lives = state == State::kListening;
     } catch (const SegmentError& refused) {
-      // It does not answer, or not to this user.
+      // The task does not answer, or not to this user.
       if (refused.kind() != Kind::kSilent && refused.kind() != Kind::kPermission) continue;
     }
     if (lives == living) robots.push_back(robot);
@@ -315,7 +316,7 @@ std::vector<std::string> sockets_left_behind() {
     const auto directory = RunDirectory::open(false);
     return directory ? directory->left_behind() : std::vector<std::string>{};
   } catch (const SegmentError&) {
-    return {};  // another user's: none of ours
+    return {};  // another user's directory: none of ours
   }
 }
 

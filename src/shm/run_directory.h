@@ -14,52 +14,56 @@
 
 namespace corbot {
 
-/// $XDG_RUNTIME_DIR/corbot or /tmp/corbot-UID: where this user's robots have their files while they are up.
+/// Returns $XDG_RUNTIME_DIR/corbot or /tmp/corbot-UID, which contains the files of this user's running
+/// robots.
 [[nodiscard]] std::string user_run_directory();
-/// The same under another XDG_RUNTIME_DIR: that of a login session, and none.
+/// Returns the same for other values of XDG_RUNTIME_DIR: that of a login session, and none.
 [[nodiscard]] std::vector<std::string> other_user_run_directories();
-/// Of this user's, and open to no other; false where there is none.
+/// Returns true for a directory of this user that is open to no other user; false if there is none.
 [[nodiscard]] bool is_user_run_directory(const std::string& path) noexcept;
-/// Of this user's, and open to no other; created with mode 0700 if `create`. None when there is none. Throws
-/// SegmentError.
+/// Opens a directory of this user that is open to no other user. Creates it with mode 0700 if `create`.
+/// Returns none if there is none. Throws SegmentError.
 [[nodiscard]] Descriptor open_user_run_directory(bool create);
 
-/// Where the real-time tasks of this machine listen, one Unix socket a robot: $CORBOT_RUN_DIR, or
-/// user_run_directory(). That a task lives is seen by its listening: there is no lock.
-/// A socket that nobody listens on was left by a task that was killed. Set-up and tear-down only.
+/// The directory in which the real-time tasks of this machine listen, with one Unix socket for each robot:
+/// $CORBOT_RUN_DIR, or user_run_directory(). A task lives if it listens: there is no lock. A task that was
+/// killed leaves a socket without a listener. For set-up and tear-down only.
 class RunDirectory {
  public:
-  /// Nothing when there is none, unless `create`. Throws kPermission when others than its owner may write
-  /// it, or, unless it was chosen by CORBOT_RUN_DIR, when it is another user's.
+  /// Returns nothing if there is no directory, unless `create`. Throws kPermission if users other than its
+  /// owner may write to it. Also throws it for another user's directory, unless CORBOT_RUN_DIR selects the
+  /// directory.
   [[nodiscard]] static std::optional<RunDirectory> open(bool create);
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
   [[nodiscard]] std::string socket_path(std::string_view robot) const;
-  /// The users whose process a client takes for a real-time task: the directory's owner, or its own user.
+  /// Returns true for a user whose process a client accepts as a real-time task: the directory's owner, or
+  /// the client's own user.
   [[nodiscard]] bool is_trusted(uid_t peer) const noexcept;
 
   struct Listening {
     Descriptor socket;
-    bool left_behind;  ///< an earlier task's socket was there
-    dev_t device;      ///< and inode: of the file
+    bool left_behind;  ///< there was an earlier task's socket
+    dev_t device;      ///< device and inode of the file
     ino_t inode;
   };
-  /// Throws kInUse when a task of that robot listens already. `group`: may connect, too.
+  /// Listens. Throws kInUse if a task of that robot listens already. `group` may connect, too.
   [[nodiscard]] Listening listen(std::string_view robot, std::optional<gid_t> group) const;
-  /// Can others still find it? False when somebody has removed the file, or the directory.
+  /// Returns true if other processes can still find the socket. Returns false if the file or the directory
+  /// was removed.
   [[nodiscard]] bool is_found(std::string_view robot, const Listening& listening) const noexcept;
-  /// A connection to the task. Throws kAbsent when none listens.
+  /// Returns a connection to the task. Throws kAbsent if none listens.
   [[nodiscard]] Descriptor connect(std::string_view robot) const;
 
-  /// The header id of the segment of the last task that may have moved this robot; nothing where it is not
-  /// known.
+  /// Returns the header id of the segment of the last task that may have moved this robot, or nothing if it
+  /// is not known.
   [[nodiscard]] std::optional<std::uint64_t> last_task(std::string_view robot) const noexcept;
-  /// Replaces it at once. False, and it is not known any more, when that is not possible.
+  /// Replaces that id atomically. Returns false if that is not possible; the id is then unknown.
   bool set_last_task(std::string_view robot, std::uint64_t segment) const noexcept;
 
-  /// Ends listening; `keep` is asked, while no other process connects or listens anew, whether the socket is
-  /// to be left in the directory.
-  /// `has_successor`: that finds the last task's segment elsewhere, and is to know that it was the last.
+  /// Ends listening. While no other process can connect or listen, calls `keep`, which returns whether the
+  /// socket stays in the directory. `has_successor`: the next task finds the last task's segment elsewhere,
+  /// and needs to know that it was the last.
   template <class Keep>
   void end(std::string_view robot, Listening& listening, Keep&& keep, bool has_successor) const {
     const Gate gate(*this);
@@ -69,18 +73,18 @@ class RunDirectory {
     }
     const Descriptor closed(std::move(listening.socket));
   }
-  /// Removes a socket that nobody listens on; true when there was one. Never throws but for a stuck gate.
+  /// Removes a socket without a listener; returns true if there was one. Throws only if the gate is stuck.
   bool remove_left_behind(std::string_view robot) const;
-  /// The robots for which that would remove something, sorted.
+  /// Returns the robots for which remove_left_behind() would remove a socket, sorted.
   [[nodiscard]] std::vector<std::string> left_behind() const { return robots(false); }
-  /// The robots whose task lives, whether it responds or not, sorted.
+  /// Returns the robots whose task lives, responding or not, sorted.
   [[nodiscard]] std::vector<std::string> listening() const { return robots(true); }
 
  private:
   enum class State { kNone, kLeftBehind, kListening };
-  /// Held for a few system calls, so that nobody listens on what is being removed. The lock is on a file that
-  /// only the directory's owner can open: others who may enter the directory cannot hold it. Removed when it
-  /// is released.
+  /// A lock held for a few system calls, so that no process listens on a file that is being removed. Only the
+  /// directory's owner can open the lock's file, so other users who may enter the directory cannot hold it.
+  /// The file is removed on release.
   class Gate {
    public:
     explicit Gate(const RunDirectory& directory);
@@ -107,11 +111,11 @@ class RunDirectory {
   uid_t owner_;
 };
 
-/// Removes the socket that a killed task of that robot has left, and what is known of the last one. True when
-/// it did; false when there is none, a task listens on it, or it belongs to another user. The shared memory
-/// goes with the processes.
+/// Removes the socket that a killed task of that robot has left, and the record of the last task. Returns
+/// true if it did. Returns false if there is none, a task listens on it, or it belongs to another user. The
+/// shared memory ends with the processes.
 bool remove_left_behind(const std::string& robot) noexcept;
-/// The robots whose socket that would remove.
+/// Returns the robots whose socket remove_left_behind() would remove.
 [[nodiscard]] std::vector<std::string> sockets_left_behind();
 
 }  // namespace corbot

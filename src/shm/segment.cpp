@@ -50,8 +50,8 @@ void check_file(const Descriptor& memory, const SegmentExpectation& expected, co
   if (!is_fixed || (one_writer && (seals & (F_SEAL_FUTURE_WRITE | F_SEAL_WRITE)) == 0)) {
     throw SegmentError(Kind::kUnsealed, what + ": is not sealed: others could shrink it or write it");
   }
-  // After the seals, which also forbid to give memory back. The stop segment can be written, so also given
-  // back.
+  // Checked after the seals, which also forbid releasing memory. The stop segment is writable, so its memory
+  // can be released.
   constexpr blkcnt_t kBlock = 512;
   if (::fstat(memory.get(), &status) != 0) throw_system(expected.robot, "fstat", errno);
   if (status.st_blocks < (status.st_size + kBlock - 1) / kBlock) {
@@ -70,7 +70,7 @@ void check_robot_name(std::string_view name) {
     return;
   std::string shown(name.substr(0, 2 * kMaxSegmentName));
   for (char& c : shown) {
-    if (c < ' ' || c > '~') c = '?';  // a message for a terminal, whatever was asked for
+    if (c < ' ' || c > '~') c = '?';  // the message is safe for a terminal, whatever the name
   }
   throw SegmentError(Kind::kBadName,
                      "robot name '" + shown + "': 1 to 48 letters, digits, '_' or '-' are allowed");
@@ -80,12 +80,13 @@ namespace segment_detail {
 
 Descriptor create(std::string_view robot, std::size_t size) {
   check_robot_name(robot);
-  const std::string name = "corbot." + std::string(robot);  // seen in /proc only
+  const std::string name = "corbot." + std::string(robot);  // visible only in /proc
   constexpr unsigned kFlags = MFD_CLOEXEC | MFD_ALLOW_SEALING;
   Descriptor memory(::memfd_create(name.c_str(), kFlags | kNoExecSeal));
   if (!memory && errno == EINVAL) memory = Descriptor(::memfd_create(name.c_str(), kFlags));
   if (!memory) throw_system(robot, "memfd_create", errno);
-  // Whoever holds a descriptor could open /proc/self/fd again otherwise, with rights that were not given.
+  // Otherwise the holder of a descriptor could reopen it through /proc/self/fd with rights that were not
+  // given.
   if (::fchmod(memory.get(), 0600) != 0) throw_system(robot, "fchmod", errno);
   if (::ftruncate(memory.get(), static_cast<off_t>(size)) != 0) throw_system(robot, "ftruncate", errno);
   if (const int error = ::posix_fallocate(memory.get(), 0, static_cast<off_t>(size)); error != 0)

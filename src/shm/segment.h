@@ -16,24 +16,24 @@
 #include "shm/descriptor.h"
 #include "shm/segment_error.h"
 
-// Segments of shared memory: memfds, mapped. Set-up and tear-down only, not real-time safe.
+// Segments of shared memory: mapped memfds. For set-up and tear-down only, not real-time safe.
 
 namespace corbot {
 
-/// What a segment that came from elsewhere must be.
+/// The required properties of a segment from another process.
 struct SegmentExpectation {
   std::string_view robot;
-  uid_t owner;  ///< the user whose process made it
+  uid_t owner;  ///< the user whose process created it
   std::optional<std::uint64_t> fingerprint{};
 };
 
 namespace segment_detail {
 
-/// A memfd of that size, all of it allocated: no access can end in SIGBUS later.
+/// Returns a memfd of that size, fully allocated: no later access can end in SIGBUS.
 [[nodiscard]] Descriptor create(std::string_view robot, std::size_t size);
-/// Size fixed for good; `one_writer`: nobody can map it for writing any more, nor write it.
+/// Fixes the size for good. `one_writer`: no process can map the memory for writing or write it any more.
 void seal(const Descriptor& memory, std::string_view robot, bool one_writer);
-/// A second descriptor of the same memory, for reading.
+/// Returns a second descriptor of the same memory, for reading.
 [[nodiscard]] Descriptor open_read_only(const Descriptor& memory, std::string_view robot);
 /// Throws SegmentError.
 void check(const Descriptor& memory, const SegmentExpectation& expected, SegmentKind kind, std::size_t size);
@@ -47,7 +47,7 @@ void unmap(void* address, std::size_t size) noexcept;
 /// Throws kBadName.
 void check_robot_name(std::string_view name);
 
-/// One mapped segment with a descriptor to hand on; that of a segment with one writer can only be read.
+/// One mapped segment with a descriptor to pass on. The descriptor of a segment with one writer is read-only.
 /// `Layout` const: read-only; a write through it is a segmentation fault.
 template <class Layout>
 class Segment {
@@ -55,7 +55,7 @@ class Segment {
   using Plain = std::remove_const_t<Layout>;
   static constexpr bool kOneWriter = Plain::kKind != SegmentKind::kStop;
 
-  /// Makes a segment, which this process alone can ever write (but for the stop segment).
+  /// Creates a segment that only this process can ever write (except the stop segment).
   [[nodiscard]] static Segment create(std::string_view robot,
                                       std::uint64_t fingerprint) requires(!std::is_const_v<Layout>) {
     using namespace segment_detail;
@@ -63,11 +63,11 @@ class Segment {
     Segment segment;
     segment.layout_ = ::new (map(memory, sizeof(Plain), true, robot)) Plain{};
     fill_header(segment.layout_->header, robot, fingerprint, Plain::kKind, sizeof(Plain));
-    seal(memory, robot, kOneWriter);  // after the one mapping that may write
+    seal(memory, robot, kOneWriter);  // after the only mapping with write access
     segment.memory_ = kOneWriter ? open_read_only(memory, robot) : std::move(memory);
     return segment;
   }
-  /// Maps what another process has made, once it has been checked.
+  /// Maps another process's segment after checking it.
   [[nodiscard]] static Segment open(Descriptor memory,
                                     const SegmentExpectation& expected) requires(std::is_const_v<Layout> ||
                                                                                  !kOneWriter) {
