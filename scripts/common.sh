@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-# What the scripts share; sourced, not run. Leaves the caller in the project's top directory.
+# Functions that the scripts share; sourced, not run. Leaves the caller in the project's top directory.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
-# How many tests run at once: most of them wait, and those that compute say so to ctest.
+# Number of tests that run at once: most of them wait, and the others declare their load to ctest.
 test_jobs() { echo $(($(nproc) * 3)); }
 
-# build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with ccache where
-# it is.
+# build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with
+# ccache if it is installed.
 build_preset() {
   local preset=$1 configuration=() build=() option
   for option in "${@:2}"; do

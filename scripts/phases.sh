@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `.ci/run` and `scripts/nightly` share: phases with their times, and the check of what is left behind. Sourced after
-# common.sh; prints the report when the caller ends.
+# Functions that `.ci/run` and `scripts/nightly` share: phases with their times, and the check for remains.
+# Sourced after common.sh; prints the report when the caller ends.
 durations=()
 
 # phase TITLE COMMAND...
@@ -8,7 +8,7 @@ phase() {
   local title=$1 begun=$SECONDS
   shift
   say "$title"
-  # The command is called plainly, never in a condition: there bash would ignore `set -e` inside the phase.
+  # The command is called plainly, never in a condition, in which bash would ignore `set -e` inside the phase.
   "$@"
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
@@ -23,11 +23,11 @@ finish() {
   fi
 }
 
-# Things that tests leave behind accumulate on the machines that run them.
+# Remains of tests accumulate on the machines that run them.
 check_left_over() {
   local left='' socket
   for socket in $(find "/tmp/corbot-$(id -u)" -maxdepth 1 -name '*.sock' -newer "$stamp" 2> /dev/null); do
-    # The socket of a robot that is up is no remainder of a test; processes of ours are looked for below.
+    # The socket of a running robot is not a test's remains; the check for our processes follows below.
     grep -qF "/${socket##*/}" /proc/net/unix || left+="$socket "
   done
   [ -z "$left" ] || fail "left behind: $left"
@@ -44,7 +44,7 @@ check_sanitizer() {
   ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
 }
 
-# begin_run NAME: everything newer than this instant counts as left behind.
+# begin_run NAME: everything newer than this instant counts as remains.
 begin_run() {
   run_name=$1
   mkdir -p build
