@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# OpenCV's core and imgproc without libopencv-dev, which has the CMake files and 160 packages more. Without it there is no cell.
+# Finds OpenCV's core and imgproc without libopencv-dev, which has the CMake files and needs 160 more
+# packages. Without OpenCV the cell is not built.
 if(TARGET corbot::opencv)
   return()
 endif()

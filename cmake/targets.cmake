@@ -1,26 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-# How everything here is compiled and linked.
+# Defines how all targets are compiled and linked.
 
-# What every target of this project is compiled with; generated code is not.
-# CORBOT_UNITY compiles up to 16 sources of a target as one: most of the time goes into what sources include.
+# Sets the compile options of every target of this project; generated code is not compiled with them.
+# CORBOT_UNITY compiles up to 16 sources of a target as one, because included headers take most of the time.
 function(corbot_target target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${CORBOT_UNITY} UNITY_BUILD_BATCH_SIZE 16)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror)
   target_link_libraries(${target} PRIVATE corbot::headers Threads::Threads)
 endfunction()
 
-# Hardening. -z now is also a matter of time: with lazy binding the first call of each library function, hypot on the first
-# line, runs the loader inside the cycle. tests/unit/rt/binding_test shows that none does.
+# Hardening. -z now also concerns timing: with lazy binding the first call of each library function runs the
+# loader inside the cycle. An example is hypot on the first line. tests/unit/rt/binding_test shows that no
+# such call remains.
 include(CheckPIESupported)
 check_pie_supported()
 add_compile_options(-fstack-protector-strong)
 add_link_options(-Wl,-z,relro -Wl,-z,now)
 if(NOT CORBOT_SANITIZE)
-  # Needs an optimising build; the sanitizers check more, and know nothing of the checked functions.
+  # Needs an optimising build. The sanitizers check more, and do not support the checked functions.
   add_compile_options($<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
 endif()
 
-# A program on ORBit2: under the sanitizers, what ORBit2 itself leaks is not held against it.
+# A program on ORBit2. The leak sanitizer ignores the leaks of ORBit2 itself.
 function(corbot_on_orbit2 target)
   target_link_libraries(${target} PRIVATE corbot::idl_orbit2)
   if(CORBOT_SANITIZE MATCHES address)
@@ -29,17 +30,18 @@ function(corbot_on_orbit2 target)
 endfunction()
 
 if(CORBOT_SANITIZE)
-  # -O1 and line tables: half the time to build of -O2 -g, and as much of a stack trace.
+  # -O1 and line tables take half the build time of -O2 -g, with an equally good stack trace.
   add_compile_options(-fsanitize=${CORBOT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1 -gline-tables-only)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
 endif()
 
-# Each test has a tier. A test of the tier core runs in one process; one of process needs real processes, ORBs, sockets or
-# signals; the gate has no time for one of long. The gate runs core under the address sanitizer, too.
+# Each test has a tier. A test of the tier core runs in one process. A test of process needs real processes,
+# ORBs, sockets or signals. The gate skips tests of long, which take too much time. The gate also runs core
+# under the address sanitizer.
 set(CORBOT_TIERS core process long)
-# THREADS marks the programs that the thread sanitizer is run on: their label is core-threads or process-threads, one word
-# because the discovery of GoogleTest's cases splits lists. The ORB's own library and OpenCV's are not instrumented:
-# what runs through them would report races that they have not.
+# THREADS marks the programs that also run under the thread sanitizer. Their label is core-threads or
+# process-threads, one word because the discovery of GoogleTest's cases splits lists. The libraries of the ORB
+# and of OpenCV are not instrumented. Code that goes through them would report false races.
 add_custom_target(corbot_core_tests)
 add_custom_target(corbot_threads_tests)
 
@@ -49,7 +51,8 @@ function(corbot_check_tier test tier)
   endif()
 endfunction()
 
-# What docs/safety.md promises is shown by the gate, for every device and arm: no test that it names is of the tier long.
+# The gate proves the promises of docs/safety.md for every device and arm: no test that the document names is
+# of the tier long.
 file(STRINGS ${PROJECT_SOURCE_DIR}/docs/safety.md promises REGEX "`[A-Z][A-Za-z0-9]*\\.[A-Z]")
 string(REGEX MATCHALL "`[A-Z][A-Za-z0-9]*\\.[A-Z][A-Za-z0-9]*`" CORBOT_PROMISED_TESTS "${promises}")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/safety.md)
@@ -68,7 +71,7 @@ function(corbot_check_no_promise long_cases)
   endforeach()
 endfunction()
 
-# Registers the cases of a program, those that `long_cases` names under the label long.
+# Registers the cases of a program; those in `long_cases` get the label long.
 function(corbot_discover name prefix long_cases label)
   set(options DISCOVERY_TIMEOUT 60 TEST_PREFIX "${prefix}")
   if(NOT long_cases)
@@ -82,13 +85,15 @@ function(corbot_discover name prefix long_cases label)
     PROPERTIES ${ARGN} LABELS long)
 endfunction()
 
-# corbot_test(NAME TIER tier SOURCES… LIBS …): one GoogleTest program, its cases registered with ctest under the label of the
-# tier. LONG names cases, in the syntax of --gtest_filter, that are of the tier long: repetitions on a like device, arm or client.
-# BOTH_ORBS registers them a second time, as orbit2.*, with the servant on ORBit2, if that is built. COMPUTES: the program
-# computes for long, so it is optimised like the products and takes two processors of ctest's; the others mostly wait, and are
-# compiled for a short build. PROCESSORS: as many of ctest's, for a test that starts many programs. COST: ctest begins the
-# tests with the highest number first, so that none that takes long is left over at the end. ALONE: ctest runs no other test
-# beside it. A real-time thread that computes for seconds holds up what the kernel does for pseudo-terminals, among others.
+# corbot_test(NAME TIER tier SOURCES… LIBS …) adds one GoogleTest program and registers its cases with ctest
+# under the label of the tier. LONG names cases of the tier long, in the syntax of --gtest_filter: repetitions
+# on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
+# ORBit2, if that is built. COMPUTES marks a program that computes for long. It is optimised like the products
+# and takes two of ctest's processors; the others mostly wait, and are compiled for a short build. PROCESSORS
+# sets the number of ctest's processors for a test that starts many programs. COST: ctest begins the tests
+# with the highest number first, so that no long one remains for the end. ALONE: ctest runs no other test at
+# the same time. A real-time thread that computes for seconds delays the kernel's work for pseudo-terminals,
+# among others.
 function(corbot_test name)
   cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
@@ -97,9 +102,9 @@ function(corbot_test name)
   if(NOT arg_COMPUTES)
     set(optimised -Og)
     if(CORBOT_SANITIZE)
-      set(optimised -O0)  # a third of the time to build of -O1
+      set(optimised -O0)  # a third of the build time of -O1
     endif()
-    # At -Og GCC takes what the library's own code sets for unset.
+    # At -Og GCC considers variables that the library's own code sets as uninitialised.
     target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${optimised}> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   endif()
   target_link_libraries(${name} PRIVATE ${arg_LIBS} corbot_test_headers GTest::gtest GTest::gmock GTest::gtest_main)
@@ -138,7 +143,7 @@ function(corbot_test name)
   endif()
 endfunction()
 
-# corbot_command_test(NAME TIER tier COMMAND … PROPERTIES …): a test that is no GoogleTest program.
+# corbot_command_test(NAME TIER tier COMMAND … PROPERTIES …) adds a test that is no GoogleTest program.
 function(corbot_command_test name)
   cmake_parse_arguments(arg "THREADS" "TIER" "COMMAND;PROPERTIES" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
