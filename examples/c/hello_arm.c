@@ -6,7 +6,7 @@
  *   hello_arm IOR:...        the reference that corbot-servant-orbit2 logs: to read a corbaloc, ORBit2 needs
  *                            16 GiB of memory
  *
- * It works with both servants. Build it by hand where ORBit2 is installed:
+ * It works with both servants. Build it by hand if ORBit2 is installed:
  *
  *   orbit-idl-2 arm.idl
  *   cc -o hello_arm hello_arm.c arm-common.c arm-stubs.c $(pkg-config --cflags --libs ORBit-2.0) */
@@ -61,7 +61,7 @@ static void print_joints(Corbot_Arm arm, CORBA_Environment* ev) {
   CORBA_free(joints); /* the caller frees what a call returns by pointer */
 }
 
-/* Waits in slices, and stops the arm at Ctrl-C: the end of this program would not. 1: it got to its target. */
+/* Waits in slices. Stops the arm at Ctrl-C, as the end of this program would not. Returns 1 at the target. */
 static int is_done(Corbot_Arm arm, Corbot_Ticket motion, CORBA_Environment* ev) {
   for (;;) {
     Corbot_MotionInfo* info = Corbot_Arm_Wait(arm, motion, 0.1, ev);
@@ -93,7 +93,7 @@ static int use(Corbot_Arm arm, CORBA_Environment* ev) {
   if (raised(ev, "Close")) return EXIT_FAILURE;
   print_joints(arm, ev);
 
-  /* What cannot be reached is refused before anything moves. */
+  /* The robot refuses a point out of reach before anything moves. */
   Corbot_Robot_Move(arm, 0.90, 0.0, 0.10, 0.0, 0.0, ev);
   if (!raised(ev, "Move to (0.9, 0, 0.1)")) return EXIT_FAILURE;
 
@@ -108,8 +108,8 @@ int main(int argc, char** argv) {
     (void)fprintf(stderr, "usage: %s corbaloc::HOST:PORT/NAME\n", argv[0]);
     return 2;
   }
-  /* IPv4, which ORBit2 does not use by default; and no time-out, which is 60 s otherwise and would end
-   * a motion's call that takes longer. */
+  /* Selects IPv4, which ORBit2 does not use by default. Switches the time-out off: the default of 60 s would
+   * end a motion's call that takes longer. */
   char* options[] = {argv[0], (char*)"--ORBIIOPIPv4=1", (char*)"--GIOPTimeoutMSEC=0", NULL};
   int count = 3;
   (void)signal(SIGINT, note_interrupt);

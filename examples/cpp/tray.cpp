@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Carries two pieces from the near row of a tray to the far one. Whatever arm it is: the tray hangs below the place where the tool is
-// when the arm is ready, so a PUMA, a SCARA and a gantry carry it out alike.  tray [REFERENCE]
+// Carries two pieces from the near row of a tray to the far one. It works with any arm: the tray hangs below
+// the position of the tool when the arm is ready. A PUMA, a SCARA and a gantry therefore carry it out alike.
+// Usage: tray [REFERENCE]
 #include <cmath>
 #include <cstdio>
 
@@ -9,20 +10,20 @@
 namespace {
 
 constexpr double kPitch_m = 0.04;  // from place to place, towards -x and -y
-constexpr double kBelow_m = 0.06;  // the tray, below the ready arm's tool
-constexpr double kAbove_m = 0.04;  // where a straight approach begins
+constexpr double kBelow_m = 0.06;  // distance of the tray below the ready arm's tool
+constexpr double kAbove_m = 0.04;  // height at which a straight approach begins
 constexpr double kWithin_m = 1e-4;
 
 class Hand {
  public:
   explicit Hand(Corbot::Arm_ptr arm) : arm_(Corbot::Arm::_duplicate(arm)) {}
 
-  /// Where the tool is, base frame.
+  /// Returns the position of the tool, base frame.
   Corbot::Point place() {
     const Corbot::CartesianCoord at = arm_->CartCoord();
     return {at.x, at.y, at.z};
   }
-  /// Over the place by the joints, down and up in straight lines; the tool keeps its orientation.
+  /// Moves freely over the place, then down and up in straight lines; the tool keeps its orientation.
   void visit(const Corbot::Point& p, bool take) {
     arm_->Move(p.x, p.y, p.z, kAbove_m, 0);
     check(p, kAbove_m);
@@ -32,7 +33,7 @@ class Hand {
     arm_->MoveS(p.x, p.y, p.z, kAbove_m, 0);
     std::printf("%s (%.4f, %.4f, %.4f) m\n", take ? "taken from" : "put down at", p.x, p.y, p.z);
   }
-  /// In an arc, in its middle half a place's distance higher.
+  /// Moves in an arc that rises by half the distance of two places.
   void over_to(const Corbot::Point& end) {
     const Corbot::Point from = place();
     const Corbot::Point middle{(from.x + end.x) / 2, (from.y + end.y) / 2, end.z + kPitch_m / 2};
@@ -74,7 +75,7 @@ int main(int argc, char** argv) {
   } catch (const Corbot::Unreachable& refusal) {
     std::fprintf(stderr, "nothing moved: %s\n", refusal.reason.in());
     return 1;
-  } catch (const Corbot::LimitExceeded& refusal) {  // degrees; metres of a joint that slides
+  } catch (const Corbot::LimitExceeded& refusal) {  // degrees; metres for a sliding joint
     std::fprintf(stderr, "nothing moved: %s of joint %d: %g is not within %g to %g\n", refusal.quantity.in(),
                  static_cast<int>(refusal.articulation), refusal.value, refusal.lower, refusal.upper);
     return 1;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera of one's own: it gives the pieces that a file lists, a line "KIND X Y" each, metres. own_camera.py FILE PORT"""
+"""A custom camera. It gives the pieces in a file with lines "KIND X Y", metres. own_camera.py FILE PORT"""
 
 import sys
 from pathlib import Path
@@ -8,7 +8,7 @@ import corbot
 
 
 class ListedPieces:
-    """A camera that reads a file in place of a picture; your own would find pieces in an image."""
+    """A camera that reads a file instead of a picture; your own would find pieces in an image."""
 
     def __init__(self, file: Path) -> None:
         self.file = file

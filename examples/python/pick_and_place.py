@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Takes a piece from one place to another and comes back, with a Lynx 5. pick_and_place.py [ROBOT]"""
+"""Takes a piece from one place to another and returns, with a Lynx 5. pick_and_place.py [ROBOT]"""
 
 import sys
 
@@ -10,7 +10,7 @@ ABOVE = 0.05
 
 
 def transfer(arm: corbot.Arm) -> None:
-    """Approach each place from above, in a line; with control no other client comes between."""
+    """Approach each place from above, in a line; with exclusive control no other client can interfere."""
     with arm.control("pick and place"):
         arm.ready()
         arm.open()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws a square by lines with a Lynx 5, and says how far the tool was off it. square.py [ROBOT]"""
+"""Draws a square by lines with a Lynx 5, and prints the largest deviation of the tool. square.py [ROBOT]"""
 
 import sys
 
@@ -12,7 +12,7 @@ PEN = 0.08  # the height of the paper, metres
 
 
 def draw(arm: corbot.Arm) -> corbot.Recording:
-    """Give what was drawn, a reading each 5 ms."""
+    """Give the recorded motion, a reading each 5 ms."""
     arm.move(*CORNERS[0], PEN)
     with corbot.record(arm, rate=200) as drawn:
         for corner in CORNERS[1:] + CORNERS[:1]:

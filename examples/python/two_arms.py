@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Moves two arms in step: each motion takes the same time on both, and begins on both. two_arms.py ROBOT ROBOT"""
+"""Moves two arms in step: each motion begins at once and lasts equally on both. two_arms.py ROBOT ROBOT"""
 
 import sys
 
@@ -10,7 +10,7 @@ STEP = 1.0  # seconds of each motion
 
 
 def dance(arms: list[corbot.Arm]) -> None:
-    """Begin each motion on all arms before any is awaited; an exception stops all of them."""
+    """Begin each motion on all arms before waiting for any; an exception stops all arms."""
     try:
         for target in WAY:
             motions = [arm.joints(target, time=STEP, wait=False) for arm in arms]

@@ -4,10 +4,11 @@ import Corbot.Point;
 
 /** The arc from one point through a second one to a third. */
 final class Arc {
-  private static final double FLAT = 1e-6; // of the triangle, as in docs/kinematics.md
+  private static final double FLAT = 1e-6; // of the triangle, like in docs/kinematics.md
 
   final double length;
-  // In the plane of the points: p1 is the origin, u the direction to p2, v at right angles to it on p3's side.
+  // In the plane of the points, p1 is the origin, u the direction to p2, and v perpendicular to it on p3's
+  // side.
   private final Point origin;
   private final double[] u;
   private final double[] v;

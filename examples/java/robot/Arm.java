@@ -5,9 +5,10 @@ import Corbot.Point;
 import Corbot.Unreachable;
 import java.util.Arrays;
 
-/** The Lynx 5 of profiles/cell/arm.toml. Metres, degrees, microseconds; docs/kinematics.md has the equations. */
+/** The Lynx 5 of profiles/cell/arm.toml. Metres, degrees, microseconds; equations: docs/kinematics.md. */
 final class Arm {
-  /** A servo stands at `zero` + `perDegree` * angle; speed and acceleration in degrees and seconds. */
+  /** A joint. Its servo is at `zero` + `perDegree` * angle; speed and acceleration are in degrees and seconds.
+   */
   record Joint(double lower, double upper, double speed, double acceleration, double zero, double perDegree) {}
 
   static final Joint[] JOINTS = {
@@ -23,7 +24,7 @@ final class Arm {
   static final double LINE_SPEED = 0.25;
   static final double LINE_ACCELERATION = 1;
   static final double LEVEL = 0; // the tool's pitch in motions to a point
-  static final double REACH = 0.340; // the three links, stretched
+  static final double REACH = 0.340; // length of the three links, stretched
 
   private static final double L0 = 0.067; // table to shoulder
   private static final double L1 = 0.120;
@@ -33,7 +34,7 @@ final class Arm {
   private static final double WRIST_OFFSET = -45;
   private static final double ROUNDING = 1e-9;
 
-  /** The tool centre point, and how far the tool points upward. */
+  /** The tool centre point, and the angle by which the tool points upward. */
   record Tool(double x, double y, double z, double pitch) {
     Tool(Point p, double pitch) {
       this(p.x, p.y, p.z, pitch);
@@ -53,7 +54,7 @@ final class Arm {
     return new Tool(r * cos(q[0]), r * sin(q[0]), z, pitch);
   }
 
-  /** The joints with the arm towards the tool and the elbow up, the only solution that is used here. */
+  /** Returns the joints with the arm towards the tool and the elbow up, the only solution used here. */
   static double[] joints(Tool tool) throws Unreachable, LimitExceeded {
     double u = Math.hypot(tool.x, tool.y) - L3 * cos(tool.pitch);
     double h = tool.z - L0 - L3 * sin(tool.pitch);

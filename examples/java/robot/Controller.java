@@ -7,13 +7,13 @@ import java.nio.channels.SocketChannel;
 import java.nio.charset.StandardCharsets;
 
 /**
- * An SSC-32 servo controller at a Unix socket, as the scene of a cell emulates it. A pulse is a position without a
- * time, so the servos hold where they are as soon as no more pulses come.
+ * An SSC-32 servo controller at a Unix socket, as the scene of a cell emulates it. A pulse is a position without
+ * a time, so the servos stop as soon as no more pulses come.
  */
 final class Controller {
   private static final long REPLY_MS = 500;
   private static final int NEVER_MOVED_US = 500; // or less: the controller does not know the servo's position
-  private static final int MIDDLE_US = 1500; // where the servos of the scene stand then
+  private static final int MIDDLE_US = 1500; // then the scene's servos are here
 
   private final String path;
   private SocketChannel line;
@@ -22,7 +22,7 @@ final class Controller {
     this.path = path;
   }
 
-  /** Whether a device is there; a closed line is found by reading. */
+  /** Returns true if a device is connected; a read detects a closed line. */
   synchronized boolean isConnected() {
     try {
       if (line == null || line.read(ByteBuffer.allocate(64)) >= 0) {
@@ -62,7 +62,7 @@ final class Controller {
     }
   }
 
-  /** Channel 0 and the next ones. */
+  /** Sets channel 0 and the next ones. */
   synchronized void send(double[] pulses) throws IOException {
     StringBuilder text = new StringBuilder();
     for (int channel = 0; channel < pulses.length; channel++) {
@@ -110,7 +110,7 @@ final class Controller {
         line.close();
       }
     } catch (IOException e) {
-      // It is not used any more.
+      // The line is not used any more.
     }
     line = null;
   }

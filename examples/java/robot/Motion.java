@@ -6,34 +6,34 @@ import java.util.Arrays;
 
 /** Joints over time: a path, and a law along it whose speed and acceleration begin and end at zero. */
 final class Motion {
-  /** What Speed and ArtSpeed allow: a share of the most, and of each joint's. */
+  /** Limits set by Speed and ArtSpeed: a share of the maximum, and of each joint's. */
   record Limits(double share, double[] joints) {
     double joint(int joint) {
       return joints[joint] * Arm.JOINTS[joint].speed();
     }
   }
 
-  /** The joints at `s`, 0 to 1, of the way. */
+  /** Returns the joints at `s`, 0 to 1, of the path. */
   private interface Way {
     double[] at(double s) throws Unreachable, LimitExceeded;
   }
 
   private static final int SAMPLES = 200;
-  private static final double JUMP = 1; // degrees, at the begin of a way
-  // Of the law s(t) = t^3 (10 - 15 t + 6 t^2), 0 <= t <= 1.
+  private static final double JUMP = 1; // degrees, at the beginning of a path
+  // Peak derivatives of the law s(t) = t^3 (10 - 15 t + 6 t^2), 0 <= t <= 1.
   private static final double MOST_SPEED = 1.875;
   private static final double MOST_ACCELERATION = 5.7736;
 
   final double seconds;
   private final double[][] joints = new double[SAMPLES + 1][];
 
-  /** All joints begin and end together. `t`: no sooner than that. */
+  /** Moves all joints so that they begin and end together. `t`: shortest duration. */
   static Motion free(double[] from, double[] to, Limits limits, double t) throws Unreachable, LimitExceeded {
     double[] shares = Arrays.stream(limits.joints).map(share -> share * limits.share).toArray();
     return new Motion(s -> between(from, to, s), 0, new Limits(1, shares), t);
   }
 
-  /** Refused where the arm is folded back at the begin, since Arm.joints() knows no such pose. */
+  /** Refuses a line if the arm is folded back at the beginning, since Arm.joints() has no such pose. */
   static Motion line(double[] from, Point to, Limits limits, double t) throws Unreachable, LimitExceeded {
     Arm.Tool tool = Arm.tool(from);
     double[] a = {tool.x(), tool.y(), tool.z(), tool.pitch()};

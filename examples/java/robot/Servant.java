@@ -16,10 +16,10 @@ import java.util.Arrays;
 import java.util.concurrent.Semaphore;
 import java.util.concurrent.atomic.AtomicInteger;
 
-/** Corbot::Robot, all of it, as robot.idl describes it. */
+/** Implements all of Corbot::Robot, as robot.idl describes it. */
 final class Servant extends RobotPOA {
   private static final int CAPACITY = 16;
-  private static final int FRAMES_PER_SECOND = 50; // as often as a servo looks at its pulse
+  private static final int FRAMES_PER_SECOND = 50; // the rate at which a servo reads its pulse
   private static final double LONGEST_DELAY = 3600;
 
   private final Controller controller;
@@ -197,7 +197,7 @@ final class Servant extends RobotPOA {
 
   // --- The parts ---
 
-  /** From the acceptance of a motion to its end; waits for those that came before. */
+  /** The turn of a motion, from its acceptance to its end; waits for earlier motions. */
   private final class Turn implements AutoCloseable {
     Turn() throws NotReady, QueueFull {
       if (accepted.incrementAndGet() > CAPACITY) {
@@ -220,7 +220,7 @@ final class Servant extends RobotPOA {
     }
   }
 
-  /** With a new line the arm is where its controller was last told to be. */
+  /** Takes the arm's position from the controller's last commands after a new line is open. */
   private synchronized void connect() throws NotReady {
     if (controller.isConnected()) {
       return;
@@ -245,7 +245,7 @@ final class Servant extends RobotPOA {
     void set(double time);
   }
 
-  /** Calls `frame` for every frame until the end, and sends what it has set. */
+  /** Calls `frame` for every frame until the end, and sends the values that it has set. */
   private void carryOut(double seconds, Frame frame) throws NotReady {
     long begin = System.nanoTime();
     double time = 0;
@@ -276,7 +276,7 @@ final class Servant extends RobotPOA {
     try {
       carryOut(Motion.free(ArtiCoord(), target, limits, 0));
     } catch (Unreachable | LimitExceeded e) {
-      throw new IllegalStateException(e); // between two poses in range all are
+      throw new IllegalStateException(e); // any pose between two poses in range is in range
     }
   }
 
