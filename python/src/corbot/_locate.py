@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a robot is: `corbot up` writes the file NAME.json, and holds the lock of NAME.lock while it lives."""
+"""Finds robots: `corbot up` writes the file NAME.json, and holds the lock of NAME.lock while it lives."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _ADDRESS = ("corbaloc:", "corbaname:", "IOR:")
 
 
 def run_directory() -> Path:
-    """Give the directory where this user's robots have their files."""
+    """Give the directory with the files of this user's robots."""
     base = os.environ.get("XDG_RUNTIME_DIR")
     return Path(base) / "corbot" if base else Path(f"/tmp/corbot-{os.getuid()}")
 
 
 def is_up(name: str, directory: Path) -> bool:
-    """Whether a supervisor of that robot lives, which a file left behind cannot feign."""
+    """Check whether a supervisor of that robot lives. A file left behind does not count."""
     try:
         with open(directory / f"{name}.lock", "rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -41,7 +41,7 @@ def robots_up(directory: Path) -> list[str]:
 
 
 def read_robot(name: str, directory: Path) -> dict[str, Any]:
-    """Read the file of a robot; empty where there is none."""
+    """Read the file of a robot; empty if there is none."""
     try:
         data = json.loads((directory / f"{name}.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -50,8 +50,8 @@ def read_robot(name: str, directory: Path) -> dict[str, Any]:
 
 
 def address_of(robot: str | None) -> str:
-    """Give the CORBA address of a robot that is named, addressed, or the only one that is up here."""
-    if robot is None:  # an empty text is no wish for whatever robot is there
+    """Give the CORBA address of a robot by its name or address; None: the only robot that is up here."""
+    if robot is None:  # an empty text does not mean any robot
         robot = os.environ.get("CORBOT_ROBOT") or _only_robot()
     if not isinstance(robot, str):
         raise TypeError(f"A robot is named by a text, not by {robot!r}.")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The only module that knows omniORB: calls, with the interface's exceptions as Python's."""
+"""The only module that uses omniORB. Makes calls, and converts the interface's exceptions to Python's."""
 
 from __future__ import annotations
 
-import _signal  # private, but no public module has it: the enumerations of signal.signal cost 8 us a call
+import _signal  # private, but no public module has it; the enumerations of signal.signal cost 8 us a call
 import threading
 from collections.abc import Callable
 from types import FrameType
@@ -40,7 +40,7 @@ MOST_JOINTS: int = Corbot._tc_JointCoord.content_type().length()
 
 
 class uninterrupted:  # noqa: N801
-    """Hold Ctrl-C back until the end of the block.
+    """Defer Ctrl-C until the end of the block.
 
     An exception that a signal handler raises inside the ORB would leave a reply half-read.
     """
@@ -53,7 +53,7 @@ class uninterrupted:  # noqa: N801
         if threading.get_ident() != threading.main_thread().ident:
             return
         previous = _signal.getsignal(_signal.SIGINT)
-        if callable(previous):  # else it is ignored, or a handler that Python could not put back
+        if callable(previous):  # else it is ignored, or a handler that Python could not restore
             self._previous = previous
             _signal.signal(_signal.SIGINT, self._hold)
 
@@ -69,7 +69,10 @@ class uninterrupted:  # noqa: N801
 
 
 def orb(*options: str) -> Any:
-    """Give the ORB of this process. Options, such as where it listens, are for the first call, and refused later."""
+    """Give the ORB of this process.
+
+    Options, such as the address to listen on, belong to the first call; later calls refuse them.
+    """
     global _is_started
     if options and _is_started:
         raise RuntimeError(f"The ORB of this process has started, and takes no options now, not {' '.join(options)}.")
@@ -82,7 +85,10 @@ _is_started = False
 
 
 def connect(address: str, timeout: float, *interfaces: Any) -> Any:
-    """Give the object at an address by the first of the interfaces that it has. `timeout` bounds each call, seconds."""
+    """Give the object at an address as the first of the interfaces that it supports.
+
+    `timeout` bounds each call, seconds.
+    """
     with uninterrupted():
         reference = _reference(address, timeout)
         set_timeout(reference, timeout)
@@ -101,7 +107,7 @@ def connect(address: str, timeout: float, *interfaces: Any) -> Any:
 
 
 def _reference(address: str, timeout: float) -> Any:
-    """Give the reference of an address; a corbaname has it from its naming service."""
+    """Give the reference of an address; a naming service resolves a corbaname."""
     context, _, name = address.partition("#")
     try:
         if not address.startswith("corbaname:") or not name:
@@ -120,7 +126,7 @@ def _reference(address: str, timeout: float) -> Any:
 
 def set_timeout(reference: Any, timeout: float) -> None:
     """Bound each call through the reference, seconds."""
-    if not 0.001 <= timeout <= 3600.0:  # the ORB takes 0 for no bound
+    if not 0.001 <= timeout <= 3600.0:  # the ORB treats 0 as no bound
         raise ValueError(f"A timeout is from 0.001 to 3600 seconds, not {timeout:g}.")
     omniORB.setClientCallTimeout(reference, int(timeout * 1000))
 
@@ -132,7 +138,7 @@ def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
             return operation(*arguments)
         except CORBA.UserException as error:
             raise user_error(error) from None
-        except (CORBA.BAD_PARAM, CORBA.DATA_CONVERSION) as error:  # the ORB could not write them
+        except (CORBA.BAD_PARAM, CORBA.DATA_CONVERSION) as error:  # the ORB could not encode them
             raise TypeError(f"The interface does not take the type, the length or the letters of {arguments!r:.200}") from error
         except CORBA.SystemException as error:
             if error.minor == omniORB.MARSHAL_SequenceIsTooLong:
@@ -141,7 +147,7 @@ def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def user_error(error: Any) -> CorbotError:
-    """Give the Python exception of one that the interface declares."""
+    """Give the Python exception for one that the interface declares."""
     match error:
         case Corbot.BadParameter():
             return BadParameter(error.parameter, error.value, error.reason)
@@ -159,7 +165,7 @@ def user_error(error: Any) -> CorbotError:
 
 
 def system_error(error: Any, address: str) -> CorbotError:
-    """Give the Python exception of one that the ORB raises."""
+    """Give the Python exception for one that the ORB raises."""
     if isinstance(error, CORBA.TIMEOUT) or (isinstance(error, CORBA.TRANSIENT) and error.minor == omniORB.TRANSIENT_CallTimedout):
         return NoAnswer(address)
     # A program that is about to end raises the last two.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot arm. Metres, degrees, seconds and percent everywhere, as at the interface."""
+"""A robot arm. Metres, degrees, seconds and percent everywhere, like the interface."""
 
 from __future__ import annotations
 
@@ -51,10 +51,12 @@ _Value = TypeVar("_Value")
 def connect(robot: str | None = None, *, timeout: float = 10.0) -> Arm:
     """Connect to an arm.
 
-    `robot` is the name of one that is up on this machine, HOST:PORT/NAME, a corbaloc, a corbaname or an IOR. Without it,
-    $CORBOT_ROBOT or the only robot that is up here is taken. `timeout` bounds each call, seconds, not a motion.
+    `robot` is the name of one that is up on this machine, HOST:PORT/NAME, a corbaloc, a corbaname or an IOR.
+    Without it, $CORBOT_ROBOT or the only robot that is up here is used. `timeout` bounds each call, seconds,
+    not a motion.
 
-    A robot that has the interface of robot.idl alone moves, too, but has no Stop: Ctrl-C waits for the end of its motion.
+    A robot that has only the interface of robot.idl moves, too, but has no Stop: Ctrl-C waits for the end of
+    its motion.
     """
     address = _locate.address_of(robot)
     return Arm(address, _orb.connect(address, timeout, _orb.Corbot.Arm, _orb.Corbot.Robot), timeout)
@@ -63,9 +65,9 @@ def connect(robot: str | None = None, *, timeout: float = 10.0) -> Arm:
 class Arm:
     """A robot arm.
 
-    Each motion returns when it has ended at its target. With `wait=False` it returns a Motion at once. `time` is the duration in
-    seconds; 0 means as fast as the limits allow. Where they do not allow `time`, the motion takes longer, and its `duration`
-    says how long. Ctrl-C while a motion is awaited stops the arm.
+    Each motion returns when it has ended at its target. With `wait=False` it returns a Motion at once. `time`
+    is the duration in seconds; 0 means as fast as the limits allow. If the limits do not allow `time`, the
+    motion takes longer, and its `duration` says how long. Ctrl-C during the wait for a motion stops the arm.
 
     `with corbot.connect(...) as arm:` stops the arm when an exception leaves the block.
     """
@@ -96,7 +98,10 @@ class Arm:
         return self._begin("MoveS", *_floats(x, y, z, above, time), wait=wait)
 
     def arc(self, start: PointLike, through: PointLike, end: PointLike, *, wait: bool = True) -> Motion:
-        """Move the tool along the arc of three points, metres; from elsewhere it first goes to `start` in a line."""
+        """Move the tool along the arc of three points, metres.
+
+        From any other point it first moves to `start` in a line.
+        """
         return self._begin("MoveC", *map(_point, (start, through, end)), wait=wait)
 
     def pose(self, target: Pose, *, line: bool = False, time: float = 0.0, wait: bool = True) -> Motion:
@@ -115,7 +120,7 @@ class Arm:
         time: float = 0.0,
         wait: bool = True,
     ) -> Motion:
-        """Move the tool by an offset in metres along the axes of the base or of the tool, and turn it by `turn`."""
+        """Move the tool by an offset in metres along the axes of base or tool, and turn it by `turn`."""
         offset = _pose(Pose(Point(x, y, z), Quaternion() if turn is None else turn))
         if frame not in ("base", "tool"):
             raise ValueError(f"A frame is 'base' or 'tool', not {frame!r}. Nothing moved.")
@@ -123,11 +128,14 @@ class Arm:
         return self._begin("MoveRelativeS" if line else "MoveRelative", offset, axes, float(time), wait=wait)
 
     def joints(self, target: Sequence[float], *, time: float = 0.0, wait: bool = True) -> Motion:
-        """Move all joints to values in degrees, metres of one that slides; one value for each joint."""
+        """Move all joints to values in degrees, or metres for a sliding joint; one value for each joint."""
         return self._begin("MoveJoints", _floats(*_joint_list(target)), float(time), wait=wait)
 
     def drive(self, joint: int | str, by: float, *, speed: float, wait: bool = True) -> Motion:
-        """Move one joint, its number from 0 or its name, by degrees at degrees a second (metres where it slides)."""
+        """Move one joint, given by its number from 0 or its name.
+
+        Units are degrees and degrees a second, or metres and metres a second if it slides.
+        """
         number = self._number_of(joint) if isinstance(joint, str) else operator.index(joint)
         return self._begin("Drive", number, float(by), float(speed), wait=wait)
 
@@ -148,34 +156,37 @@ class Arm:
         return self._begin("SetGripper", float(percent), wait=wait)
 
     def delay(self, seconds: float, *, wait: bool = True) -> Motion:
-        """Hold for so many seconds, in turn with the motions."""
+        """Hold for this number of seconds, in turn with the motions."""
         return self._begin("Delay", float(seconds), wait=wait)
 
     def stop(self) -> None:
-        """Stop the arm on its path and discard what is queued; returns at rest. Any thread may call it."""
+        """Stop the arm on its path and discard queued motions; returns at rest. Any thread may call it."""
         self.call("Stop")
 
     def hold(self) -> None:
-        """Stop the arm, and let nothing move it until `clear`, whoever calls; a power-down does not end that."""
+        """Stop the arm, and prevent all motion by any client until `clear`.
+
+        A power-down does not end the hold.
+        """
         self.call("StopAndHold")
 
     def clear(self) -> None:
-        """Leave Error, where its cause is gone."""
+        """Leave Error, if its cause is gone."""
         self.call("Clear")
 
     def pause(self) -> None:
-        """Slow down on the path and hold until `resume`; returns at once."""
+        """Decelerate on the path and hold until `resume`; returns at once."""
         self.call("Pause")
 
     def resume(self) -> None:
-        """Go on after `pause`."""
+        """Continue after `pause`."""
         self.call("Resume")
 
     def plan(self, motion: str, *arguments: Any, **options: Any) -> Plan:
-        """Plan a motion as its method would begin it now, from where the queue ends; nothing moves.
+        """Plan a motion as its method would begin it now, from the end of the queue; nothing moves.
 
         `motion` names the method: move, line, arc, pose, relative, joints, drive or ready.
-        `arm.plan("line", 0.2, 0, 0.1, time=2)` plans `arm.line(0.2, 0, 0.1, time=2)`. Control of the arm is not needed.
+        `arm.plan("line", 0.2, 0, 0.1, time=2)` plans `arm.line(0.2, 0, 0.1, time=2)`. The caller needs no control.
         """
         if motion not in _PLANNED:
             raise ValueError(f"No plan is made of '{motion}', but of {', '.join(_PLANNED)}.")
@@ -187,7 +198,7 @@ class Arm:
 
     @property
     def state(self) -> State:
-        """Everything that can be read of the arm at one instant."""
+        """The complete state of the arm at one instant."""
         return state_of(self.call("_get_State"))
 
     @property
@@ -196,20 +207,23 @@ class Arm:
         return [alarm_of(alarm) for alarm in self.call("_get_Alarms")]
 
     def states(self, rate: float) -> States:
-        """Give an endless iterator of `rate` states a second. It drops what is late, and counts that in `dropped`."""
+        """Give an endless iterator of `rate` states a second.
+
+        It drops late states, and counts them in `dropped`.
+        """
         return States(lambda: self.state, rate)
 
     @property
     def limits(self) -> tuple[JointLimits, ...]:
-        """Each joint's range, speed and soft limits, in degrees (metres of one that slides) and these a second."""
+        """Each joint's range, speed and soft limits, in degrees (metres if it slides), and these a second."""
         return limits_of(self._joints, self.call("_get_SoftLimits"))
 
     def set_limits(self, ranges: Sequence[tuple[float, float]]) -> None:
-        """Set soft limits, a lower and an upper one for each joint, degrees (metres); they outlive a power-down."""
+        """Set soft limits, lower and upper for each joint, degrees (metres). They outlive a power-down."""
         self.call("SetSoftLimits", [_range(limit) for limit in _joint_list(ranges)])
 
     def reset_limits(self) -> None:
-        """Make the soft limits the profile's ranges again."""
+        """Restore the profile's ranges as soft limits."""
         self.call("ResetSoftLimits")
 
     @property
@@ -218,34 +232,37 @@ class Arm:
         return Frames(tool=pose_of(self.call("_get_ToolFrame")), base=pose_of(self.call("_get_BaseFrame")))
 
     def set_frames(self, *, tool: Pose | None = None, base: Pose | None = None) -> None:
-        """Set the tool frame (from the flange) or the base frame (where the arm stands) for all clients; metres."""
+        """Set the tool frame (from the flange) or the base frame (of the arm) for all clients; metres."""
         if tool is not None:
             self.call("SetToolFrame", _pose(tool))
         if base is not None:
             self.call("SetBaseFrame", _pose(base))
 
     def reset_frames(self) -> None:
-        """Make both frames the profile's again."""
+        """Restore both frames of the profile."""
         self.call("ResetFrames")
 
     def solutions(self, pose: Pose) -> list[Solution]:
-        """All ways to reach a pose of the tool, whatever the limits. Joints in degrees, metres of one that slides."""
+        """All solutions for a pose of the tool, regardless of limits.
+
+        Joints are in degrees, or metres if they slide.
+        """
         return [solution_of(solution) for solution in self.call("Solutions", _pose(pose))]
 
     @property
     def solution(self) -> int | None:
-        """The number of the solution that the arm has now; None: the arm has no closed form."""
+        """The number of the arm's present solution; None: the arm has no closed form."""
         number: int = self.call("_get_Solution")
         return None if number < 0 else number
 
     @property
     def reach(self) -> float:
-        """The farthest that the tool comes from the first axis, metres."""
+        """The largest distance of the tool from the first axis, metres."""
         return float(self.call("_get_Reach"))
 
     @property
     def kind(self) -> str:
-        """The kind of arm, as the interface names it: Anthropomorphic, Scara and so on."""
+        """The kind of arm by the interface's name: Anthropomorphic, Scara and so on."""
         return str(self.call("_get_RobotType"))
 
     @property
@@ -261,16 +278,16 @@ class Arm:
 
     @cached_property
     def description(self) -> str:
-        """The profile's arm as a URDF, as `corbot export --urdf` writes it."""
+        """The profile's arm as a URDF, identical to the output of `corbot export --urdf`."""
         return str(self.call("_get_Description"))
 
     @cached_property
     def model(self) -> Model:
-        """The arm by its description: where its links and its tool are for any joint values."""
+        """The arm by its description: the frames of its links and its tool for any joint values."""
         return Model.from_urdf(self.description)
 
     def _repr_svg_(self) -> str:
-        """Draw the arm as it stands, in a notebook."""
+        """Draw the arm at its present joints, in a notebook."""
         return self.model.svg(self.state.joints)
 
     @cached_property
@@ -282,7 +299,7 @@ class Arm:
     def _joints(self) -> Any:
         return self.call("_get_Joints")
 
-    # Settings, which hold for the motions of all clients that are accepted from then on
+    # Settings, which apply to all motions, of any client, that are accepted from then on
 
     @property
     def speeds(self) -> Speeds:
@@ -291,7 +308,7 @@ class Arm:
         return Speeds(speeds.tool, tuple(speeds.joints))
 
     def set_speeds(self, *, tool: float | None = None, joints: float | Sequence[float] | None = None) -> None:
-        """Set speeds in percent: `tool` slows lines, arcs and free motions; `joints` all joints, or each of them."""
+        """Set speeds in percent: `tool` scales lines, arcs and free motions; `joints` one or all joints."""
         if tool is not None:
             self.call("Speed", float(tool))
         if isinstance(joints, (int, float, np.number)):
@@ -304,7 +321,7 @@ class Arm:
                 self.call("ArtSpeed", number, percent)
 
     def override(self, percent: float) -> None:
-        """Set the rate of all motion, also of the one under way: above 0, at most 100 percent of what was planned."""
+        """Set the rate of all motion, including the present one: above 0, at most 100 percent of the plan."""
         self.call("Override", float(percent))
 
     @property
@@ -318,13 +335,13 @@ class Arm:
 
     @property
     def tool_orientation(self) -> Quaternion | None:
-        """The orientation of the tool for `move`, `line` and `arc`; None: the tool keeps the one that it has."""
+        """The orientation of the tool for `move`, `line` and `arc`; None: the tool keeps its present one."""
         info = self.call("_get_ToolOrientation")
         q = info.orientation
         return Quaternion(q.w, q.x, q.y, q.z) if info.set else None
 
     def set_tool_orientation(self, orientation: Quaternion | None) -> None:
-        """Set the tool orientation; None takes it back, and the tool pitch, too."""
+        """Set the tool orientation; None removes it, and the tool pitch, too."""
         if orientation is None:
             self.call("ResetToolOrientation")
         else:
@@ -334,9 +351,10 @@ class Arm:
 
     @contextlib.contextmanager
     def control(self, who: str, *, lease: float = 10.0) -> Iterator[Arm]:
-        """Have exclusive control of the arm within the block, under the name `who`.
+        """Take exclusive control of the arm within the block, under the name `who`.
 
-        A thread renews the lease, `lease` seconds, while the program lives. At the end of the block the arm stops.
+        A thread renews the lease, `lease` seconds, while the program lives. At the end of the block the arm
+        stops.
         """
         plain, held = self._reference, self.call("Acquire", who, float(lease))
         _orb.set_timeout(held, self._timeout)
@@ -347,7 +365,7 @@ class Arm:
         try:
             yield self
         except BaseException:
-            with contextlib.suppress(CorbotError):  # what the block raised says more
+            with contextlib.suppress(CorbotError):  # the block's exception says more
                 self._release(held, plain, renewal, ended)
             raise
         self._release(held, plain, renewal, ended)
@@ -378,7 +396,7 @@ class Arm:
             raise self._with_unit(error) from None
 
     def _with_unit(self, error: LimitExceeded) -> LimitExceeded:
-        """Give the refusal the unit of its joint, where the robot says how that moves."""
+        """Give the refusal the unit of its joint, if the robot reports the kind of the joint."""
         try:
             slides = str(self._joints[error.joint].kind) == "JointSlides"
         except (CorbotError, IndexError):
@@ -389,7 +407,7 @@ class Arm:
 
     @contextlib.contextmanager
     def stopped_by_interrupt(self) -> Iterator[None]:
-        """Stop the arm when Ctrl-C comes within the block."""
+        """Stop the arm on Ctrl-C within the block."""
         try:
             yield
         except KeyboardInterrupt as interrupt:
@@ -411,7 +429,7 @@ class Arm:
         return _orb.connect(self.address, 3600.0, _orb.Corbot.Robot)
 
     def _carry_out(self, operation: str, *arguments: Any) -> Motion:
-        """Call an operation that returns when its motion has ended, in a thread, so that Ctrl-C reaches this one."""
+        """Call an operation that returns at the end of its motion, in a thread: Ctrl-C reaches this one."""
         if not hasattr(self._patient, operation):
             raise NotOffered(self.address, operation)
         begun, ended, wanted = time.monotonic(), Future[None](), threading.Event()
@@ -423,14 +441,14 @@ class Arm:
             except Exception as error:
                 ended.set_exception(error)
 
-        threading.Thread(target=call, daemon=True).start()  # Ctrl-C until here: nothing is called
+        threading.Thread(target=call, daemon=True).start()  # on Ctrl-C before this line, nothing is called
         try:
             wanted.set()
             ended.result()
         except KeyboardInterrupt:
             if not wanted.is_set():
                 raise
-            wanted.set()  # the first one may have woken nobody
+            wanted.set()  # the first one may have woken no thread
             told = "This robot has no Stop: its motion is awaited. Ctrl-C again leaves it moving."
             warnings.warn(told, RuntimeWarning, stacklevel=4)
             ended.exception()
@@ -440,14 +458,14 @@ class Arm:
     def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
         if self._has_robot_idl_alone:
             return self._carry_out(operation if wait else f"Start{operation}", *arguments)
-        with self.stopped_by_interrupt():  # also of a motion whose number Ctrl-C has swallowed
+        with self.stopped_by_interrupt():  # covers also a motion whose number Ctrl-C has discarded
             motion = Motion(self, self.call(f"Start{operation}", *arguments))
             if wait:
                 motion.wait()
         return motion
 
     def stop_because_of(self, error: BaseException) -> None:
-        """Stop the arm while `error` leaves a block; a stop that fails is told, and hides nothing."""
+        """Stop the arm while `error` leaves a block; a failed stop is reported, and hides nothing."""
         try:
             self.stop()
         except CorbotError as failure:
@@ -458,7 +476,7 @@ class Arm:
 
 
 class _Planner(Arm):
-    """An arm whose motions are planned and not begun."""
+    """An arm whose motions are planned but not started."""
 
     found: Any = None
 
@@ -469,7 +487,7 @@ class _Planner(Arm):
 
 def _floats(*values: float) -> list[float]:
     for value in values:
-        if isinstance(value, str):  # of which float() would make a number, too
+        if isinstance(value, str):  # float() would convert it, too
             raise TypeError(f"{value!r} is a text where a number is expected.")
     return [float(value) for value in values]
 
@@ -482,7 +500,7 @@ def _row(values: Iterable[float], count: int, expected: str) -> list[float]:
 
 
 def _joint_list(values: Iterable[_Value]) -> list[_Value]:
-    """Refuse what no arm can take; the servant says how many its arm takes."""
+    """Refuse values that no arm can take; the servant checks their number."""
     listed = list(values)
     if len(listed) > _orb.MOST_JOINTS:
         raise ValueError(f"These are {len(listed)} values, and an arm has at most {_orb.MOST_JOINTS} joints. Nothing moved.")

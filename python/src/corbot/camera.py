@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A camera of one's own for a cell."""
+"""A custom camera for a cell."""
 
 from __future__ import annotations
 
@@ -14,20 +14,24 @@ from corbot.cell import Sighting
 
 
 class Camera(Protocol):
-    """What a camera of one's own has to do. An exception of either is a NotReady for the client."""
+    """The interface of a custom camera. An exception of either method becomes a NotReady for the client."""
 
     def look(self, timeout: float) -> Sequence[Sighting]:
-        """Take a picture within `timeout` seconds, and give the pieces in it, in the world frame of the cell, metres."""
+        """Take a picture within `timeout` seconds.
+
+        Return the pieces in it, in the world frame of the cell, metres.
+        """
 
     def picture(self, marked: bool) -> bytes:
-        """Give the last picture as a JPEG file, also with what was found in it."""
+        """Give the last picture as a JPEG file; `marked`: with the findings drawn in."""
 
 
 def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C.
 
-    cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before all else of the package:
-    an ORB listens from its start, or not at all. A later call raises RuntimeError.
+    cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before any
+    other function of the package: an ORB listens from its start, or not at all. A later call raises
+    RuntimeError.
     """
     try:
         orb = _orb.orb("-ORBendPoint", f"giop:tcp:{host}:{port}")
@@ -38,7 +42,7 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     poa.activate_object_with_id(b"Camera", _Servant(camera))
     poa._get_the_POAManager().activate()
     with contextlib.suppress(KeyboardInterrupt):
-        while True:  # the ORB serves in threads of its own; this one stays free for Ctrl-C
+        while True:  # the ORB serves in its own threads; this one stays free for Ctrl-C
             time.sleep(3600.0)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pick-and-place cell: its pieces, its robots, its events. Metres, degrees and seconds, in the world frame."""
+"""The pick-and-place cell: pieces, robots, events. Metres, degrees and seconds, in the world frame."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Step(enum.Enum):
 
 
 class Work(enum.Enum):
-    """What a robot of the cell does."""
+    """The present activity of a robot of the cell."""
 
     IDLE = "WorkIdle"
     WAITING = "WorkWaiting"
@@ -52,7 +52,10 @@ class Work(enum.Enum):
 
 @dataclass(frozen=True)
 class Spot:
-    """Where a piece stands: a place, its slot from 0 (None in an area), the middle of the foot, and the rotation about z."""
+    """The position of a piece.
+
+    It has a place, its slot from 0 (None in an area), the middle of the foot, and the rotation about z.
+    """
 
     place: str
     slot: int | None
@@ -62,7 +65,10 @@ class Spot:
 
 @dataclass(frozen=True)
 class PieceEvent:
-    """One line of the ledger's history. Numbers begin at 1 and have no gaps; `time` is in seconds since the Unix epoch."""
+    """One line of the ledger's history.
+
+    Numbers begin at 1 and have no gaps; `time` is in seconds since the Unix epoch.
+    """
 
     number: int
     time: float
@@ -75,7 +81,10 @@ class PieceEvent:
 
 @dataclass(frozen=True)
 class Place:
-    """A place of the cell. `capacity` is its number of slots, 0 of an area; `robot` is the robot in its zone, or empty."""
+    """A place of the cell.
+
+    `capacity` is its number of slots, 0 for an area; `robot` is the robot in its zone, or empty.
+    """
 
     name: str
     capacity: int
@@ -87,7 +96,7 @@ class Place:
 
 @dataclass(frozen=True)
 class RobotWork:
-    """What a robot does, with which piece (None: none), since when (Unix epoch), and why it waits."""
+    """The activity of a robot, its piece (None: none), its beginning (Unix epoch), and why it waits."""
 
     robot: str
     work: Work
@@ -98,7 +107,7 @@ class RobotWork:
 
 @dataclass(frozen=True)
 class Sighting:
-    """A piece that a picture shows: the middle of its foot, its rotation about z, and how sure that is, 0 to 1."""
+    """A piece in a picture: the middle of its foot, its rotation about z, and the confidence, 0 to 1."""
 
     kind: str
     position: Point
@@ -108,7 +117,7 @@ class Sighting:
 
 @dataclass(frozen=True)
 class Frame:
-    """What one picture shows; `time` is the middle of the exposure, seconds since the Unix epoch."""
+    """The findings in one picture; `time` is the middle of the exposure, seconds since the Unix epoch."""
 
     number: int
     time: float
@@ -116,7 +125,10 @@ class Frame:
 
 
 def cell(name: str | Path = "demo", *, timeout: float = 10.0) -> Cell:
-    """Find a cell that runs on this machine, by its name or by its state directory; `timeout` bounds each call, seconds."""
+    """Find a cell that runs on this machine, by its name or its state directory.
+
+    `timeout` bounds each call, seconds.
+    """
     directory = Path(name) if isinstance(name, Path) or os.sep in name else _state_directory() / "cells" / str(name)
     addresses = _read(directory)
     if addresses is None:
@@ -125,7 +137,7 @@ def cell(name: str | Path = "demo", *, timeout: float = 10.0) -> Cell:
 
 
 class Cell:
-    """A cell that runs: watch it, start its work, pause it, stop it."""
+    """A running cell: monitor it, start its work, pause it, stop it."""
 
     def __init__(self, addresses: dict[str, Any], timeout: float) -> None:
         self._addresses, self._timeout = addresses, timeout
@@ -144,7 +156,7 @@ class Cell:
 
     @property
     def robots(self) -> dict[str, RobotWork]:
-        """What each robot does, by its name."""
+        """The activity of each robot, by its name."""
         return {
             work.robot: RobotWork(work.robot, Work(str(work.state)), work.piece or None, work.since, work.text)
             for work in self._call("coordinator", "_get_State").robots
@@ -157,7 +169,7 @@ class Cell:
 
     @property
     def placed(self) -> int:
-        """How many pieces stand at places from which no robot takes."""
+        """The number of pieces at places from which no robot takes."""
         return int(self._call("coordinator", "_get_State").placed)
 
     @property
@@ -181,7 +193,7 @@ class Cell:
         return events
 
     def watch(self, after: int = 0, *, every: float = 0.2) -> Iterator[PieceEvent]:
-        """Give each event as it comes, and look for more `every` so many seconds. Ends when the cell has ended."""
+        """Give each new event, polled every `every` seconds. Ends when the cell has ended."""
         with contextlib.suppress(Disconnected, RobotNotFound):
             while True:
                 for event in self.events(after):
@@ -190,26 +202,26 @@ class Cell:
                 time.sleep(every)
 
     def look(self, timeout: float = 5.0) -> Frame:
-        """Have the camera take a picture, within `timeout` seconds, and give the pieces in it."""
+        """Take a picture with the camera, within `timeout` seconds, and give the pieces in it."""
         frame = self._call("camera", "Look", float(timeout))
         return Frame(frame.number, frame.time, tuple(map(_sighting_of, frame.pieces)))
 
     def picture(self, *, marked: bool = False) -> bytes:
-        """Give the camera's last picture as a JPEG file, also with what was found in it."""
+        """Give the camera's last picture as a JPEG file; `marked`: with the findings drawn in."""
         return bytes(self._call("camera", "Picture", marked))
 
     # Working
 
     def start(self) -> None:
-        """Begin the work of every robot; no effect where it has begun."""
+        """Begin the work of every robot; no effect if it has begun."""
         self._call("coordinator", "Start")
 
     def pause(self) -> None:
-        """Let no robot begin a motion until `resume`; returns at once, and a motion under way goes on to its end."""
+        """Prevent new motions until `resume`; returns at once. A motion in progress continues to its end."""
         self._call("coordinator", "Pause")
 
     def resume(self) -> None:
-        """Go on after `pause`."""
+        """Continue after `pause`."""
         self._call("coordinator", "Resume")
 
     @property
@@ -218,9 +230,10 @@ class Cell:
         return bool(self._call("coordinator", "_get_Paused"))
 
     def stop(self) -> None:
-        """Stop all arms; returns when they are at rest. The work ends, and with it the cell that `corbot cell run` started.
+        """Stop all arms; returns when they are at rest.
 
-        Every arm that can be reached is stopped; then the first failure is raised.
+        The work ends, and with it the cell that `corbot cell run` started. It stops every arm that it can
+        reach, and then raises the first failure.
         """
         addresses: list[str] = list(self._addresses["robots"].values())
         with ThreadPoolExecutor(len(addresses)) as pool:
@@ -237,13 +250,13 @@ class Cell:
 def _state_directory() -> Path:
     for variable, below in (("CORBOT_STATE_DIR", ""), ("XDG_STATE_HOME", "corbot")):
         directory = os.environ.get(variable, "")
-        if directory.startswith("/"):  # a relative one is ignored, as corbot does
+        if directory.startswith("/"):  # a relative path is ignored, like in corbot
             return Path(directory) / below
     return Path.home() / ".local/state/corbot"
 
 
 def _read(directory: Path) -> dict[str, Any] | None:
-    """Read the addresses of a cell; None where `corbot cell run` holds no lock of the directory."""
+    """Read the addresses of a cell; None if no `corbot cell run` holds the lock of the directory."""
     try:
         with open(directory / "lock", "rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What can go wrong. Each exception has the interface's fields, and its text says what to do."""
+"""The exceptions of this package. Each has the interface's fields, and its text says what to do."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NOTHING_MOVED = "Nothing moved."
 
 
 def _sentence(reason: str) -> str:
-    """Give the servant's reason as a sentence; the names of arguments, such as Px, begin with a capital already."""
+    """Give the servant's reason as a sentence. Argument names, such as Px, begin with a capital already."""
     reason = reason.rstrip(". ")
     return f"{reason[0].upper()}{reason[1:]}." if reason else ""
 
@@ -21,7 +21,7 @@ class CorbotError(Exception):
     """The base of all exceptions of this package."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let an exception of a process pool reach the program: its arguments are not those of its class."""
+        """Allow pickling for process pools, as the arguments of an exception are not those of its class."""
         return (_restored, (type(self), self.args, self.__dict__))
 
 
@@ -52,9 +52,9 @@ class Unreachable(CorbotError):
 class LimitExceeded(CorbotError):
     """A motion that would exceed a limit of `quantity`.
 
-    `joint` counts from 0, and is -1 where the limit is of no joint. `value`, `lower` and `upper` are in degrees (metres of
-    a joint that slides), or in these a second; of a duration, in seconds. `unit` says
-    which, and is empty where that is not known.
+    `joint` counts from 0, and is -1 if the limit is of no joint. `value`, `lower` and `upper` are in degrees
+    (metres for a sliding joint), or in these a second; for a duration, in seconds. `unit` names the unit, and
+    is empty if it is not known.
     """
 
     def __init__(self, quantity: str, joint: int, value: float, lower: float, upper: float, unit: str = "") -> None:
@@ -66,7 +66,7 @@ class LimitExceeded(CorbotError):
 
 
 class NotReady(CorbotError):
-    """The robot is in Error, or somebody else has control of it; `reason` says which."""
+    """The robot is in Error, or another client has control of it; `reason` gives the cause."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
@@ -84,7 +84,7 @@ class Stopped(CorbotError):
 
 
 class QueueFull(CorbotError):
-    """`capacity` motions or calls wait already."""
+    """Too many motions or calls are pending: `capacity` is the limit."""
 
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
@@ -92,7 +92,7 @@ class QueueFull(CorbotError):
 
 
 class NoControl(CorbotError):
-    """Somebody else has exclusive control, or one's own has ended (`has_ended`)."""
+    """Another client has exclusive control, or the caller's own control has ended (`has_ended`)."""
 
     def __init__(self, has_ended: bool) -> None:
         self.has_ended = has_ended
@@ -101,7 +101,7 @@ class NoControl(CorbotError):
 
 
 class NotOffered(CorbotError, NotImplementedError):
-    """The robot at `address` has the interface of robot.idl alone, without `operation`."""
+    """The robot at `address` has only the interface of robot.idl, without `operation`."""
 
     def __init__(self, address: str, operation: str) -> None:
         self.address, self.operation = address, operation
@@ -112,7 +112,7 @@ class NotOffered(CorbotError, NotImplementedError):
 
 
 class RobotNotFound(CorbotError, ConnectionError):
-    """No robot is there. `looked_for` is the name or address, `where` says what was found instead."""
+    """No robot was found. `looked_for` is the name or address; `where` describes what was found instead."""
 
     def __init__(self, looked_for: str, where: str, several: bool = False) -> None:
         self.looked_for, self.where = looked_for, where
@@ -122,7 +122,10 @@ class RobotNotFound(CorbotError, ConnectionError):
 
 
 class CellNotFound(CorbotError, ConnectionError):
-    """No cell of that name runs. `looked_for` is the name or directory, `where` is the directory where it was looked for."""
+    """No cell of that name runs.
+
+    `looked_for` is the name or directory; `where` is the directory of the search.
+    """
 
     def __init__(self, looked_for: str, where: str) -> None:
         self.looked_for, self.where = looked_for, where
@@ -166,7 +169,7 @@ class NoAnswer(CorbotError, TimeoutError):
 
 
 class MotionTimeout(CorbotError, TimeoutError):
-    """The motion `number` has not ended within `timeout` seconds; it goes on."""
+    """The motion `number` has not ended within `timeout` seconds; it continues."""
 
     def __init__(self, number: int, timeout: float) -> None:
         self.number, self.timeout = number, timeout
@@ -174,7 +177,7 @@ class MotionTimeout(CorbotError, TimeoutError):
 
 
 class SimulationFailed(CorbotError):
-    """A simulated robot that did not start; `output` is what the program wrote."""
+    """A simulated robot did not start; `output` is the output of the program."""
 
     def __init__(self, reason: str, output: str = "") -> None:
         self.reason, self.output = reason, output
@@ -182,7 +185,7 @@ class SimulationFailed(CorbotError):
 
 
 class OrbError(CorbotError):
-    """A failure inside the ORB: CORBA's `name` of it and its `minor` code."""
+    """A failure inside the ORB: CORBA's `name` and `minor` code."""
 
     def __init__(self, name: str, minor: int) -> None:
         self.name, self.minor = name, minor

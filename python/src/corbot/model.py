@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An arm by its URDF: where its links and its tool are, and its picture as SVG."""
+"""An arm by its URDF: the frames of its links and its tool, and its picture as SVG."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from corbot.poses import Array, Point, Pose, Quaternion
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of the URDF: the frame of its child in that of its parent while it is at 0, and its axis in the child's frame."""
+    """A joint of the URDF.
+
+    It has the frame of its child in that of its parent at value 0, and its axis in the child's frame.
+    """
 
     name: str
     kind: str
@@ -29,7 +32,7 @@ class Joint:
         return self.kind != "fixed"
 
     def at(self, value: float) -> Pose:
-        """Give the frame of its child in that of its parent. Degrees, or metres of one that slides."""
+        """Give the frame of its child in that of its parent. Degrees, or metres for a sliding joint."""
         if self.kind == "fixed":
             return self.origin
         if self.kind == "prismatic":
@@ -39,7 +42,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Model:
-    """An arm that a URDF describes, without what its gripper holds and where it stands."""
+    """An arm described by a URDF, without an object in its gripper and without its place in the world."""
 
     name: str
     joints: tuple[Joint, ...]
@@ -47,7 +50,7 @@ class Model:
 
     @classmethod
     def from_urdf(cls, text: str) -> Model:
-        """Read a URDF whose joints follow each other, as `Arm.description` has them."""
+        """Read a URDF whose joints form one chain, like that of `Arm.description`."""
         robot = ElementTree.fromstring(text)
         by_parent = {_attribute(joint, "parent", "link"): joint for joint in robot.findall("joint")}
         link = (by_parent.keys() - {_attribute(joint, "child", "link") for joint in by_parent.values()}).pop()
@@ -63,7 +66,10 @@ class Model:
         return tuple(joint for joint in self.joints if joint.moves)
 
     def frames(self, joints: Sequence[float]) -> list[Pose]:
-        """Give the frames of all links in the base frame, from the base to the tool, for joint values in degrees (metres)."""
+        """Give the frames of all links in the base frame, from the base to the tool.
+
+        Joint values are in degrees (metres).
+        """
         if len(joints) != len(self.moving):
             raise ValueError(f"The arm has {len(self.moving)} joints, and these are {len(joints)} values.")
         values, frames = iter(joints), [Pose(Point(0.0, 0.0, 0.0))]
@@ -76,7 +82,7 @@ class Model:
         return self.frames(joints)[-1]
 
     def svg(self, joints: Sequence[float]) -> str:
-        """Draw the arm as SVG: links from the base to the tool, joints, the tool's axes, and the shadow on the floor."""
+        """Draw the arm as SVG: links, joints, the tool's axes, and the shadow on the floor."""
         frames = self.frames(joints)
         links = np.array([frame.position for frame in frames])
         size = max(float(np.abs(links).max()), 1e-3)
@@ -94,7 +100,7 @@ class Model:
 
 
 class _Picture:
-    """A parallel projection, from the right above, of what has to fit into it."""
+    """A parallel projection, from the upper right, scaled to fit its content."""
 
     WIDTH, HEIGHT, MARGIN, LINE = 420.0, 320.0, 24.0, 18.0  # pixels
 

@@ -16,7 +16,7 @@ from corbot.values import MotionInfo, MotionState, motion_of
 if TYPE_CHECKING:
     from corbot.arm import Arm
 
-_SLICE = 0.1  # seconds of one call; Ctrl-C is held back no longer
+_SLICE = 0.1  # seconds of one call, the longest delay of Ctrl-C
 
 
 class Motion:
@@ -33,29 +33,29 @@ class Motion:
     def wait(self, timeout: float | None = None, *, progress: bool = False) -> MotionInfo:
         """Wait until the motion has ended at its target, at most `timeout` seconds.
 
-        Raises Stopped, NotReady (a fault ended it) or MotionTimeout (it goes on).
-        `progress` shows a bar, where tqdm is installed.
+        Raises Stopped, NotReady (a fault ended it) or MotionTimeout (it continues). `progress` shows a bar,
+        if tqdm is installed.
         """
         with self._arm.stopped_by_interrupt(), _bar(f"motion {self.number}", progress) as show:
             return self._wait(timeout, show)
 
     @property
     def info(self) -> MotionInfo:
-        """The motion now."""
+        """The present state of the motion."""
         return self._ended or motion_of(self._arm.call("Progress", self.number))
 
     @property
     def progress(self) -> float:
-        """How much of its time has passed, 0 to 1."""
+        """The elapsed part of its time, 0 to 1."""
         return self.info.progress
 
     @property
     def duration(self) -> float:
-        """The planned seconds at override 100 %; more than `time` where the limits of the arm do not allow that."""
+        """The planned seconds at override 100 %; more than `time` if the limits require it."""
         return self.info.duration
 
     def cancel(self) -> None:
-        """Take the motion back, and what is queued behind it; returns when they have ended."""
+        """Cancel the motion and all motions queued behind it; returns when they have ended."""
         self._arm.call("Cancel", self.number)
 
     def __await__(self) -> Generator[Any, None, MotionInfo]:
@@ -85,7 +85,7 @@ class Motion:
             raise
 
     def _look(self, seconds: float) -> MotionInfo:
-        """Wait a slice; where too many calls of this machine wait already, look after it."""
+        """Wait for a slice; if too many calls of this machine wait already, poll after it."""
         try:
             return self._ended or motion_of(self._arm.call("Wait", self.number, seconds))
         except QueueFull:
@@ -95,7 +95,10 @@ class Motion:
 
 @contextlib.contextmanager
 def _bar(title: str, wanted: bool) -> Iterator[Callable[[float], None]]:
-    """Give what shows a share of 0 to 1 on a bar of tqdm; nothing where that is not wanted, or not installed."""
+    """Give a function that shows a share of 0 to 1 on a bar of tqdm.
+
+    It does nothing if not wanted, or not installed.
+    """
     if not wanted or importlib.util.find_spec("tqdm") is None:
         yield lambda share: None
         return

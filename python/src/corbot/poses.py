@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Positions, rotations and poses, with numpy in and out. Metres; angles in degrees."""
+"""Positions, rotations and poses that convert from and to numpy. Metres; angles in degrees."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.float64]
-_EXACT = 1e-6  # as the interface demands of a quaternion
+_EXACT = 1e-6  # as required of a quaternion by the interface
 
 
 class Point(NamedTuple):
@@ -22,7 +22,7 @@ class Point(NamedTuple):
 
 
 class Quaternion(NamedTuple):
-    """A rotation, of unit length; none unless given. `a @ b` turns by b first, then by a."""
+    """A rotation, of unit length; the identity by default. `a @ b` rotates by b first, then by a."""
 
     w: float = 1.0
     x: float = 0.0
@@ -41,11 +41,11 @@ class Quaternion(NamedTuple):
 
     @classmethod
     def from_matrix(cls, matrix: npt.ArrayLike) -> Quaternion:
-        """Give the rotation of a 3 by 3 matrix; ValueError where that is no rotation within 1e-6."""
+        """Give the rotation of a 3 by 3 matrix; ValueError if the matrix is not a rotation within 1e-6."""
         r = np.asarray(matrix, dtype=np.float64)
         if r.shape != (3, 3) or not np.allclose(r @ r.T, np.eye(3), rtol=0.0, atol=_EXACT) or np.linalg.det(r) < 0.0:
             raise ValueError(f"This is not the matrix of a rotation:\n{r}")
-        # The quaternion is the eigenvector of the largest eigenvalue (Bar-Itzhack 2000), which is exact at every angle.
+        # The quaternion is the eigenvector of the largest eigenvalue (Bar-Itzhack 2000), exact at every angle.
         antisymmetric = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
         k = np.empty((4, 4))
         k[0, 0], k[0, 1:], k[1:, 0] = np.trace(r), antisymmetric, antisymmetric
@@ -62,7 +62,7 @@ class Quaternion(NamedTuple):
 
     @property
     def inverse(self) -> Quaternion:
-        """The rotation back."""
+        """The inverse rotation."""
         return Quaternion(self.w, -self.x, -self.y, -self.z)
 
     @property
@@ -75,7 +75,7 @@ class Quaternion(NamedTuple):
     @overload
     def __matmul__(self, other: npt.ArrayLike) -> Array: ...
     def __matmul__(self, other: Any) -> Any:
-        """Give the product with a rotation, or turn a vector, or the rows of an array of vectors."""
+        """Give the product with a rotation, or rotate a vector or the rows of an array of vectors."""
         if not isinstance(other, Quaternion):
             return np.asarray(other, dtype=np.float64) @ self.matrix.T
         a, b = np.array(self[1:]), np.array(other[1:])
@@ -84,7 +84,7 @@ class Quaternion(NamedTuple):
 
     @classmethod
     def _of(cls, wxyz: Array) -> Quaternion:
-        """Give one of exactly unit length, with w not negative, as the interface has it."""
+        """Give a quaternion of exactly unit length, with w not negative, like the interface."""
         unit = wxyz / np.linalg.norm(wxyz)
         return cls(*(float(number) for number in (-unit if unit[0] < 0.0 else unit)))
 
@@ -96,7 +96,8 @@ _NO_TURN = Quaternion()
 class Pose:
     """A position in metres, and the orientation of a frame, such as the tool's in the base frame.
 
-    `a @ b` is the pose b, given in the frame a, in the frame of a. `pose @ points` takes points from the frame to where they are.
+    `a @ b` is the pose b, given in the frame a, in the frame of a. `pose @ points` transforms points out of
+    the frame.
     """
 
     position: Point
@@ -104,7 +105,7 @@ class Pose:
 
     @classmethod
     def from_matrix(cls, matrix: npt.ArrayLike) -> Pose:
-        """Give the pose of a homogeneous 4 by 4 matrix; ValueError where that is none within 1e-6."""
+        """Give the pose of a homogeneous 4 by 4 matrix; ValueError if it is not a pose within 1e-6."""
         m = np.asarray(matrix, dtype=np.float64)
         if m.shape != (4, 4) or not np.allclose(m[3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_EXACT):
             raise ValueError(f"This is not a homogeneous matrix of 4 by 4 numbers with the last row 0 0 0 1:\n{m}")
@@ -133,7 +134,7 @@ class Pose:
     @overload
     def __matmul__(self, other: npt.ArrayLike) -> Array: ...
     def __matmul__(self, other: Any) -> Any:
-        """Give the product with a pose, or take a point, or the rows of an array of points, to where they are."""
+        """Give the product with a pose, or transform a point or the rows of an array of points."""
         if isinstance(other, Pose):
             return Pose(_point_of(self @ other.position), self.orientation @ other.orientation)
         return (self.orientation @ other) + np.array(self.position)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fixture `simulated_arm`, which pytest finds by itself where corbot is installed."""
+"""The fixture `simulated_arm`, which pytest discovers if corbot is installed."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def simulated_arm(request: pytest.FixtureRequest) -> Iterator[Arm]:
-    """Give the arm of a fresh simulated Lynx 5, or of the profile that `indirect` parametrization names."""
-    from corbot.simulation import simulated  # not before coverage has begun, and only where it is used
+    """Give the arm of a fresh simulated Lynx 5, or of the profile in an `indirect` parametrization."""
+    from corbot.simulation import simulated  # not before coverage has begun, and only if it is used
 
     with simulated(getattr(request, "param", "lynx5")) as arm:
         yield arm

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an arm does within a block, as arrays."""
+"""The motion of an arm within a block, as arrays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def record(arm: Arm, rate: float = 100.0) -> Recording:
-    """Record the arm within a block, `rate` readings a second: `with corbot.record(arm) as run: ...`, then `run.joints`."""
+    """Record the arm within a block, `rate` readings a second.
+
+    Example: `with corbot.record(arm) as run: ...`, then `run.joints`.
+    """
     return Recording(arm, rate)
 
 
@@ -51,19 +54,22 @@ class Recording:
 
     @property
     def dropped(self) -> int:
-        """How many readings came too late, and were left out."""
+        """The number of readings that were late and therefore omitted."""
         return self._states.dropped
 
     @property
     def time(self) -> Array:
-        """When each reading was true, seconds since the first."""
+        """The time of each reading, seconds since the first."""
         times: Array = np.array([state.time for state in self._taken])
         begin = times[0] if len(times) else 0.0
         return np.subtract(times, begin)
 
     @property
     def joints(self) -> Array:
-        """The joints, measured where the device measures them: degrees, metres of one that slides. A column for each joint."""
+        """The joints: degrees, or metres for a sliding joint, one column each.
+
+        Measured if the device measures them.
+        """
         return _rows([state.joints for state in self._taken], len(self._limits))
 
     @property
@@ -87,7 +93,10 @@ class Recording:
         return _rows([state.tool.orientation for state in self._taken], 4)
 
     def plot(self) -> Figure:
-        """Draw joints and speeds over time, with their limits as dashed lines. Needs matplotlib: pip install 'corbot[plot]'."""
+        """Draw joints and speeds over time, with their limits as dashed lines.
+
+        Needs matplotlib: pip install 'corbot[plot]'.
+        """
         try:
             from matplotlib.figure import Figure
         except ModuleNotFoundError as error:
@@ -131,5 +140,5 @@ class Recording:
 
 
 def _rows(values: list[tuple[float, ...]], columns: int) -> Array:
-    """Give an array with these columns, whether there are rows or not."""
+    """Give an array with these columns, even without rows."""
     return np.array(values, dtype=np.float64).reshape(-1, columns)

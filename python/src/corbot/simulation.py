@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated robots and cells of one's own, for tests, notebooks and first steps."""
+"""Private simulated robots and cells, for tests, notebooks and first steps."""
 
 from __future__ import annotations
 
@@ -31,36 +31,40 @@ _Found = TypeVar("_Found")
 
 
 def simulated(profile: str = "lynx5", *, orb: Literal["omniorb", "orbit2"] = "omniorb") -> Simulation:
-    """Give a simulated robot: `with corbot.simulated("lynx5") as arm:` starts it, and takes it down at the end of the block.
+    """Give a simulated robot.
 
-    `profile` is a path, or the name of a profile in $CORBOT_PROFILES, else of one shipped with the program. The program
-    `corbot` is that of $CORBOT_BIN (a file or its directory), of PATH, or of build/*/bin in this directory or above it.
-    `orb` names the servant's ORB.
+    `with corbot.simulated("lynx5") as arm:` starts it, and ends it at the end of the block.
+
+    `profile` is a path, or the name of a profile in $CORBOT_PROFILES, else of one shipped with the program.
+    The program `corbot` is that of $CORBOT_BIN (a file or its directory), of PATH, or of build/*/bin in this
+    directory or above it. `orb` names the servant's ORB.
     """
     return Simulation(profile, orb)
 
 
 def simulated_cell(file: str = "cell/cell", *, pieces: int = 4, seed: int = 1) -> CellSimulation:
-    """Give a simulated cell that works: `with corbot.simulated_cell() as cell:`, until its block or its work ends.
+    """Give a simulated cell that works.
 
-    `file` is the path of a cell.toml; else the cell that is shipped with the program is taken.
+    `with corbot.simulated_cell() as cell:` runs it until the block or the work ends.
+
+    `file` is the path of a cell.toml, or the name of a cell that is shipped with the program.
     """
     return CellSimulation(file, pieces, seed)
 
 
 class _Program:
-    """A run of the program `corbot`, with a private directory and a name of its own."""
+    """A run of the program `corbot`, with a private directory and its own name."""
 
     def __init__(self, profile: str) -> None:
         self.program = find_program()
         self.profile = find_profile(profile, self.program)
         kind = re.sub(r"[^A-Za-z0-9_-]", "_", self.profile.stem)[:23]  # a name has at most 32 characters
-        self.name = f"{kind}-{secrets.token_hex(4)}"  # each name is on a machine once, wherever the robots' files are
+        self.name = f"{kind}-{secrets.token_hex(4)}"  # unique on the machine, wherever the robots' files are
         self._process: subprocess.Popen[bytes] | None = None
         self._sweeper: subprocess.Popen[bytes] | None = None
 
     def end(self) -> None:
-        """Take it down and remove its directory; no effect where it is down."""
+        """End the run and remove its directory; no effect if it is down."""
         atexit.unregister(self.end)
         process, self._process = self._process, None
         if process is not None:
@@ -77,7 +81,7 @@ class _Program:
 
     @property
     def output(self) -> str:
-        """What its programs have written."""
+        """The output of its programs."""
         return (self.directory / "output").read_text(encoding="utf-8", errors="replace")
 
     def wait(self, timeout: float) -> int:
@@ -86,7 +90,7 @@ class _Program:
         return self._process.wait(timeout)
 
     def _begin(self, command: Callable[[Path], list[str]], find: Callable[[], _Found | None]) -> _Found:
-        """Start `corbot` with that command in a new directory, and give what is found once it is up."""
+        """Start `corbot` with that command in a new directory, and give the result of `find` once it is up."""
         if self._process is not None:
             found = find() if self._process.poll() is None else None
             if found is not None:
@@ -118,7 +122,10 @@ class _Program:
             )
 
     def _start_sweeper(self) -> int:
-        """Let a shell remove the directory when Python and all programs have ended. They hold the pipe that it reads."""
+        """Start a shell that removes the directory when Python and all programs have ended.
+
+        They hold the pipe that it reads.
+        """
         read, self._held = os.pipe()
         self._sweeper = subprocess.Popen(
             ["/bin/sh", "-c", 'read -r _; rm -rf -- "$0"', str(self.directory)], stdin=read, start_new_session=True
@@ -146,7 +153,7 @@ class Simulation(_Program):
         self._orb = orb
 
     def start(self) -> Arm:
-        """Start the robot where it is not up, and connect to its arm; `end`, or the end of Python, takes it down."""
+        """Start the robot if it is not up, and connect to its arm; `end`, or the end of Python, ends it."""
         return connect(self._begin(self._command, lambda: self.processes.get("address") or None))
 
     def __enter__(self) -> Arm:
@@ -157,7 +164,7 @@ class Simulation(_Program):
 
     @property
     def processes(self) -> dict[str, Any]:
-        """What `corbot up` has written of the robot: `servant_pid`, `rt_pid`, `address` and more."""
+        """The data of `corbot up` on the robot: `servant_pid`, `rt_pid`, `address` and more."""
         return _locate.read_robot(self.name, self.directory / "corbot")
 
     def _command(self, directory: Path) -> list[str]:
@@ -174,7 +181,7 @@ class CellSimulation(_Program):
         self._pieces, self._seed = pieces, seed
 
     def start(self) -> Cell:
-        """Start the cell and its work where it is not up; `end`, or the end of Python, takes it down."""
+        """Start the cell and its work if it is not up; `end`, or the end of Python, ends it."""
         return self._begin(self._command, self._find)
 
     def __enter__(self) -> Cell:
@@ -205,7 +212,7 @@ def _terminate(process: subprocess.Popen[bytes]) -> None:
 
 
 def find_program() -> Path:
-    """Give the program `corbot`: $CORBOT_BIN, PATH, or the newest of build/*/bin in this directory or above it."""
+    """Give the program `corbot`: $CORBOT_BIN, PATH, or the newest build/*/bin here or above."""
     given = os.environ.get("CORBOT_BIN")
     if given:
         path = Path(given) / "corbot" if Path(given).is_dir() else Path(given)
@@ -226,7 +233,7 @@ def find_program() -> Path:
 
 
 def find_profile(profile: str, program: Path) -> Path:
-    """Give the file of a profile: a path, or the name of one in $CORBOT_PROFILES, else of those shipped with the program."""
+    """Give the file of a profile: a path, or a name in $CORBOT_PROFILES, else a shipped profile."""
     if profile.endswith(".toml"):
         if not Path(profile).is_file():
             raise SimulationFailed(f"There is no profile {profile}.")
@@ -244,7 +251,7 @@ def find_profile(profile: str, program: Path) -> Path:
 
 
 def _free_ports(count: int) -> int:
-    """Give the first of so many free ports in a row."""
+    """Give the first of this number of consecutive free ports."""
     while True:
         first = secrets.randbelow(30000 - count) + 2000  # below those that the kernel gives to clients
         with contextlib.ExitStack() as probes, contextlib.suppress(OSError):

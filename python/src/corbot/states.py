@@ -12,7 +12,7 @@ from corbot.values import State
 
 
 class States(Iterator[State]):
-    """An endless iterator over the arm's state. It drops what is late, so each reading is new when it is given."""
+    """An endless iterator over the arm's state. It drops late readings, so each reading is new."""
 
     def __init__(self, read: Callable[[], State], rate: float) -> None:
         if not 0.0 < rate <= 1000.0:
@@ -20,12 +20,12 @@ class States(Iterator[State]):
         self._read, self._period = read, 1.0 / rate
         self._begin: float | None = None
         self._ended = threading.Event()
-        self._next = 0  # the number of the next instant
+        self._next = 0  # number of the next instant
         self.dropped = 0
         """The readings that were left out so far, since the caller or the servant was late."""
 
     def end(self) -> None:
-        """Wait for no further instant, in whichever thread."""
+        """End the wait for further instants in any thread."""
         self._ended.set()
 
     def __next__(self) -> State:
@@ -33,7 +33,7 @@ class States(Iterator[State]):
         if self._begin is None:
             self._begin = now
         behind = math.floor((now - self._begin) / self._period) - self._next
-        if behind > 0:  # instants that have passed; the one that is the latest of them is read now
+        if behind > 0:  # instants that have passed; the latest of them is read now
             self.dropped += behind
             self._next += behind
         self._ended.wait(max(0.0, self._begin + self._next * self._period - now))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is read of an arm. Metres, degrees, seconds and percent, as at the interface."""
+"""The readings of an arm. Metres, degrees, seconds and percent, like the interface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from corbot.poses import Point, Pose, Quaternion
 
 
 class Status(enum.Enum):
-    """What the robot does."""
+    """The activity of the robot."""
 
     ERROR = "Error"
     """Faulted until `clear`, or its real-time task is not there."""
@@ -22,7 +22,7 @@ class Status(enum.Enum):
 
 
 class MotionState(enum.Enum):
-    """How far a motion has got."""
+    """The stage of a motion."""
 
     QUEUED = "MotionQueued"
     RUNNING = "MotionRunning"
@@ -32,7 +32,7 @@ class MotionState(enum.Enum):
 
     @property
     def has_ended(self) -> bool:
-        """Whether nothing follows."""
+        """Whether the state is final."""
         return self not in (MotionState.QUEUED, MotionState.RUNNING)
 
 
@@ -48,7 +48,7 @@ class MotionInfo:
 
 
 class Holding(enum.Enum):
-    """Whether the gripper holds something; only a device that measures the opening can tell."""
+    """Whether the gripper holds an object; known only if the device measures the opening."""
 
     UNKNOWN = "HoldingUnknown"
     NO = "HoldingNo"
@@ -57,7 +57,7 @@ class Holding(enum.Enum):
 
 @dataclass(frozen=True)
 class Gripper:
-    """Openings in percent, 0 closed, 100 open; `opening` is the set-point where it is not `measured`."""
+    """Openings in percent, 0 closed, 100 open; `opening` is the set-point if it is not `measured`."""
 
     commanded: float
     measured: bool
@@ -67,7 +67,7 @@ class Gripper:
 
 @dataclass(frozen=True)
 class Device:
-    """The controller that drives the arm: its `backend`, its `health` as the interface names it, and the `cause`."""
+    """The controller of the arm: its `backend`, its `health` by the interface's name, and the `cause`."""
 
     backend: str
     health: str
@@ -77,7 +77,7 @@ class Device:
 
 @dataclass(frozen=True)
 class Control:
-    """Who has exclusive control (empty: nobody), the seconds left of it, and whether a hold is in force."""
+    """The holder of exclusive control (empty: none), the seconds left, and whether a hold is in force."""
 
     holder: str
     left: float
@@ -88,7 +88,7 @@ class Control:
 class State:
     """The arm at the end of one cycle of its real-time task.
 
-    Joints are in degrees, metres of one that slides; speeds in these a second.
+    Joints are in degrees, or metres if they slide; speeds in these a second.
     """
 
     time: float
@@ -140,12 +140,12 @@ class JointLimits:
     speed: float
     soft_lower: float | None
     soft_upper: float | None
-    """The soft limits in force; None: they are lost, and no joint moves until `set_limits` or `reset_limits`."""
+    """The soft limits in force. None: they are lost; no joint moves until they are set or reset."""
 
 
 @dataclass(frozen=True)
 class Frames:
-    """The frames in force: `tool` from the flange to the tool centre point, `base` where the arm stands in the world."""
+    """The frames in force: `tool` from the flange to the tool centre point, `base` in the world."""
 
     tool: Pose
     base: Pose
@@ -153,7 +153,7 @@ class Frames:
 
 @dataclass(frozen=True)
 class Solution:
-    """One way for the arm to reach a pose."""
+    """One solution of the arm for a pose."""
 
     number: int
     """As the arm's family counts them: docs/arms.md."""
@@ -165,7 +165,7 @@ class Solution:
 
 @dataclass(frozen=True)
 class PlanLimit:
-    """The limit that a planned motion is nearest to for a time."""
+    """A stretch of a planned motion and its nearest limit."""
 
     begin: float
     """Seconds from the beginning of the part, at override 100 %."""
@@ -180,7 +180,7 @@ class PlanLimit:
 
 @dataclass(frozen=True)
 class PlanPart:
-    """A part of a planned motion; an arc has two, the way to its beginning and the arc."""
+    """A part of a planned motion; an arc has two, the line to its beginning and the arc."""
 
     duration: float
     limits: tuple[PlanLimit, ...]
@@ -193,7 +193,7 @@ class PlanPart:
 
 @dataclass(frozen=True)
 class Plan:
-    """A motion as it would be, from where what is accepted ends."""
+    """A motion planned from the end of the accepted motions."""
 
     start: tuple[float, ...]
     """Joint values, degrees (metres of one that slides)."""
@@ -236,7 +236,7 @@ class Diagnostics:
 
 @dataclass(frozen=True)
 class Servant:
-    """The program that serves the arm: its version, the fingerprint of its profile, and when it was started (Unix epoch)."""
+    """The program that serves the arm: its version, its profile's fingerprint, and its start (Unix epoch)."""
 
     version: str
     profile: str
