@@ -246,9 +246,8 @@ JointKind read_joint_geometry(Section& joint, std::size_t index, GeometryInput& 
   if (input.form == GeometryForm::kDh) {
     kind = read_kind(joint, input.is_complete);
     input.rows[index] = read_row(joint.table("dh"), kind, input.is_complete);
-  } else if (input.urdf.chain.count ==
-             // An unreadable URDF must not be reported key by key.
-             0) {
+  } else if (input.urdf.chain.count == 0) {
+    // An unreadable URDF must not be reported key by key.
     kind = joint.has(keys_of(JointKind::kPrismatic).range) ? JointKind::kPrismatic : JointKind::kRotary;
   }
   const JointKeys& keys = keys_of(kind);

@@ -175,9 +175,8 @@ struct Profile {
   ArmModel arm;
   config::ArmDescription description;    ///< the arm as in the file, for people
   std::vector<std::string> joint_names;  ///< one for each joint, in order
-  std::vector<bool>
-      /// One for each joint. False: the file has no servo, and the servo map is the simulator's.
-      has_servo;
+  /// One for each joint. False: the file has no servo, and the servo map is the simulator's.
+  std::vector<bool> has_servo;
   bool gripper_has_servo{true};            ///< false: the file has none
   int priority{80};                        ///< SCHED_FIFO, 1 … 98
   int cpu{-1};                             ///< processor of the real-time task; −1: any

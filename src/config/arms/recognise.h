@@ -15,10 +15,8 @@ inline constexpr double kSnapped = 1e-5;
 /// An arm's family, recognised from its axes at zero.
 struct RecognisedArm {
   Kinematics kinematics;  ///< of the snapped axes; if no family fits, `OtherArm` of the axes as given
-  std::string
-      /// If no family fits: the first condition that fails, for each family with such joints. Otherwise
-      /// empty.
-      reason;
+  /// If no family fits: the first condition that fails, for each family with such joints. Otherwise empty.
+  std::string reason;
   /// Effect of snapping: the largest difference between the tool's pose by the family and as given, over
   /// random joints (slides within 1 m). It is rounding error if the axes were exact.
   double difference_m{};
