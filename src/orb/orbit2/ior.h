@@ -18,8 +18,8 @@ char* ior_make_unix(const char* type, const char* path, const char* key, unsigne
  * with g_byte_array_unref. */
 GByteArray* ior_key(const char* ior, const void* end, unsigned end_length);
 
-/* The same for a corbaloc ("corbaloc:[iiop]:[VERSION@]HOST[:PORT]/KEY", of several addresses the first); an
- * IOR is returned as it is. NULL for anything else. To be freed with g_free. */
+/* Converts a corbaloc ("corbaloc:[iiop]:[VERSION@]HOST[:PORT]/KEY", the first of several addresses). Returns
+ * an IOR unchanged, and NULL for any other text. To be freed with g_free. `type`: repository id. */
 char* ior_from_reference(const char* type, const char* reference);
 
 #endif /* CORBOT_ORBIT2_IOR_H */

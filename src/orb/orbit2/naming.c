@@ -86,8 +86,7 @@ static void bind(NameBinder* binder, CORBA_Environment* ev) {
   const CosNaming_Name name = name_of(binder, 2);
   CosNaming_NamingContext created = CosNaming_NamingContext_bind_new_context(binder->root, &context, ev);
   if (raised_user(ev, ex_CosNaming_NamingContext_AlreadyBound)) {
-    CORBA_exception_free(
-        ev); /* the usual case: another robot, or an earlier process of this one, created it */
+    CORBA_exception_free(ev); /* usual: another robot, or an earlier process of this one, created it */
   } else if (raised(ev)) {
     return;
   } else {
