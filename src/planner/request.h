@@ -46,9 +46,8 @@ struct GripperRequest {
 struct MovePoseRequest {
   Pose target{};
   double t_s{};
-  bool
-      /// true: a line of the TCP, with the tool turning about one axis in step; false: a free motion
-      straight{};
+  /// True: a line of the TCP, with the tool turning about one axis in step. False: a free motion.
+  bool straight{};
 };
 /// The axes of an offset and of its turn.
 enum class OffsetFrame : std::uint32_t {
