@@ -135,8 +135,8 @@ class ReachPlans {
 
   const CellConfig& cell_;
   const CellRobot& robot_;
-  std::optional<DryRun>
-      waiting_;  ///< with the arm at its wait pose, or with all joints at 0 if that pose is refused
+  /// With the arm at its wait pose, or with all joints at 0 if that pose is refused.
+  std::optional<DryRun> waiting_;
   std::optional<client::Client> elsewhere_;  ///< used if there is no profile
   ReachCheck result_;
 };
