@@ -7,8 +7,7 @@ import java.util.Arrays;
 
 /** The Lynx 5 of profiles/cell/arm.toml. Metres, degrees, microseconds; equations: docs/kinematics.md. */
 final class Arm {
-  /** A joint. Its servo is at `zero` + `perDegree` * angle; speed and acceleration are in degrees and seconds.
-   */
+  /** A joint. Its servo is at `zero` + `perDegree` * angle; limits are in degrees and seconds. */
   record Joint(double lower, double upper, double speed, double acceleration, double zero, double perDegree) {}
 
   static final Joint[] JOINTS = {

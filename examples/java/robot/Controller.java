@@ -7,8 +7,8 @@ import java.nio.channels.SocketChannel;
 import java.nio.charset.StandardCharsets;
 
 /**
- * An SSC-32 servo controller at a Unix socket, as the scene of a cell emulates it. A pulse is a position without
- * a time, so the servos stop as soon as no more pulses come.
+ * An SSC-32 servo controller at a Unix socket, as the scene of a cell emulates it. A pulse is a position
+ * without a time, so the servos stop as soon as no more pulses come.
  */
 final class Controller {
   private static final long REPLY_MS = 500;
