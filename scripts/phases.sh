@@ -38,7 +38,8 @@ check_left_over() {
 $left"
 }
 
-# check_sanitizer PRESET TARGET LABEL: the tests of a label, a regular expression; cmake/targets.cmake declares the labels.
+# check_sanitizer PRESET TARGET LABEL: runs the tests of a label, a regular expression. cmake/targets.cmake declares
+# the labels.
 check_sanitizer() {
   build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
   ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
