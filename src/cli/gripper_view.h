@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -16,17 +15,6 @@ namespace corbot::cli {
 
 [[nodiscard]] inline const char* to_string(Corbot::GripperState state) {
   return state == Corbot::Open ? "open" : "closed";
-}
-
-[[nodiscard]] inline const char* holding_text(Corbot::HoldingState holding) {
-  switch (holding) {
-    case Corbot::HoldingYes:
-      return "yes";
-    case Corbot::HoldingNo:
-      return "no";
-    default:
-      return "unknown";
-  }
 }
 
 /// Returns "closed"; "closed, at 0 %"; "closed, at 0 %, measured 41 %, holds something".
@@ -41,15 +29,6 @@ namespace corbot::cli {
                                                                   : "";
   return fmt::format("{}, at {:.0f} %, measured {:.0f} %{}", to_string(state),
                      std::round(info.commanded) + 0.0, std::round(info.opening) + 0.0, holding);
-}
-
-[[nodiscard]] inline nlohmann::json gripper_data(const std::optional<Corbot::GripperInfo>& shown) {
-  if (!shown) return {};
-  const Corbot::GripperInfo& info = *shown;
-  return {{"commanded_percent", info.commanded},
-          {"measured", static_cast<bool>(info.measured)},
-          {"opening_percent", info.opening},
-          {"holding", holding_text(info.holding)}};
 }
 
 }  // namespace corbot::cli

@@ -14,6 +14,7 @@
 #include "cli/gripper_view.h"
 #include "cli/joint_view.h"
 #include "cli/speed_view.h"
+#include "client/json_view.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
 #include "corbot/motion/bounds.h"
@@ -21,23 +22,14 @@
 namespace corbot::cli {
 
 using client::Client;
+using client::device_data;
 using client::OnSignal;
 using client::printable;
+using client::to_string;
 
 namespace {
 
 using nlohmann::json;
-
-const char* to_string(Corbot::RobotState state) {
-  switch (state) {
-    case Corbot::Error:
-      return "Error";
-    case Corbot::Waiting:
-      return "Waiting";
-    default:
-      return "Standby";
-  }
-}
 
 /// Returns true for the alarm of a StopAndHold, which is no fault.
 bool is_hold(const ActiveAlarm& alarm) { return alarm.code == static_cast<long>(AlarmCode::kHeld); }
@@ -83,20 +75,6 @@ bool is_released(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
 /// contains it.
 std::string device_back_text(const ActiveAlarm& alarm) {
   return fmt::format("the servo device was lost, is back: 'corbot clear' (alarm: {})", alarm.text);
-}
-
-json device_data(const Corbot::DeviceInfo& device) {
-  return {{"backend", printable(device.backend.in())},
-          {"health", client::to_string(device.health)},
-          {"cause", device.cause},
-          {"cause_text", printable(device.causeText.in())},
-          {"frames", device.frames},
-          {"age_s", device.age},
-          {"age_max_s", device.ageMax},
-          {"measured", static_cast<bool>(device.measured)},
-          {"measured_age_s", device.measuredAge},
-          {"position_uncertain", static_cast<bool>(device.positionUncertain)},
-          {"emergency_stop", static_cast<bool>(device.emergencyStop)}};
 }
 
 std::string local_time(double epoch_s) {
@@ -290,7 +268,7 @@ std::string status_json(const StatusReport& r) {
                     {"b_deg", r.pose.b},
                     {"c_deg", r.pose.c}}},
                   {"gripper", to_string(r.gripper)},
-                  {"gripper_opening", gripper_data(r.gripper_info)},
+                  {"gripper_opening", r.gripper_info ? client::gripper_data(*r.gripper_info) : json()},
                   {"motion", r.motion != 0 ? json{{"ticket", r.motion}, {"progress", r.progress}} : json()},
                   {"reach_m", r.reach_m},
                   {"speed_percent", speeds_data(r)},

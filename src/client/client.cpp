@@ -131,15 +131,18 @@ CORBA::Object_var find_object(CORBA::ORB_ptr orb, const Address& address) {
   }
 }
 
-Client::Client(const Address& address, double timeout_s) : address_(address) {
-  orb_ = start_orb(timeout_s);
-  const CORBA::Object_var object = find_object(orb_.in(), address_);
-  client::call(address_, [&] { arm_ = Corbot::Arm::_narrow(object); });
-  if (CORBA::is_nil(arm_)) {
+Corbot::Arm_var find_arm(CORBA::ORB_ptr orb, const Address& address) {
+  const CORBA::Object_var object = find_object(orb, address);
+  Corbot::Arm_var arm = client::call(address, [&] { return Corbot::Arm_var(Corbot::Arm::_narrow(object)); });
+  if (CORBA::is_nil(arm)) {
     throw Failure(ExitCode::kUnreachable,
-                  fmt::format("the object '{}' at {} is not a corbot arm", address_.name, address_.where));
+                  fmt::format("the object '{}' at {} is not a corbot arm", address.name, address.where));
   }
+  return arm;
 }
+
+Client::Client(const Address& address, double timeout_s)
+    : address_(address), orb_(start_orb(timeout_s)), arm_(find_arm(orb_.in(), address_)) {}
 
 Client::~Client() {
   try {

@@ -39,6 +39,8 @@ using ProgressReport = std::function<void(double)>;
 [[nodiscard]] CORBA::ORB_var start_orb(double timeout_s);
 /// Returns a new reference to the object at the address without a call. Throws Failure.
 [[nodiscard]] CORBA::Object_var find_object(CORBA::ORB_ptr orb, const Address& address);
+/// The arm there, which a call has confirmed. Throws Failure.
+[[nodiscard]] Corbot::Arm_var find_arm(CORBA::ORB_ptr orb, const Address& address);
 
 /// One robot behind the ORB. Thread-safe, like the stubs. Turns every CORBA exception into a Failure.
 class Client {

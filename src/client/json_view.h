@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "arm.hh"
+
+// What `corbot status --json` and the panel say in the same keys.
+
+namespace corbot::client {
+
+/// "Standby", "Waiting" or "Error".
+[[nodiscard]] const char* to_string(Corbot::RobotState state);
+[[nodiscard]] nlohmann::json gripper_data(const Corbot::GripperInfo& info);
+[[nodiscard]] nlohmann::json device_data(const Corbot::DeviceInfo& device);
+
+}  // namespace corbot::client
