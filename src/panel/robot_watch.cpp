@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panel/robot_watch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace corbot::panel {
+
+namespace {
+constexpr std::chrono::milliseconds kPollInterval{20};
+constexpr std::chrono::milliseconds kReconnectInterval{500};
+}  // namespace
+
+RobotWatch::RobotWatch(std::string name, std::unique_ptr<RobotPort> port)
+    : name_(std::move(name)), port_(std::move(port)) {}
+
+RobotWatch::~RobotWatch() {
+  end();
+  if (polls_.joinable()) polls_.join();
+  if (stops_.joinable()) stops_.join();
+}
+
+void RobotWatch::start(std::function<void()> changed) {
+  changed_ = std::move(changed);
+  stops_ = std::thread([this] { run_stops(); });
+  polls_ = std::thread([this] { run_polls(); });
+}
+
+void RobotWatch::end() {
+  const std::lock_guard lock(mutex_);
+  ending_ = true;
+  wake_.notify_all();
+}
+
+RobotWatch::State RobotWatch::newest() const {
+  const std::lock_guard lock(mutex_);
+  return newest_;
+}
+
+nlohmann::json RobotWatch::description() const {
+  const std::lock_guard lock(mutex_);
+  return description_;
+}
+
+std::uint64_t RobotWatch::request_stop() {
+  const std::lock_guard lock(mutex_);
+  wake_.notify_all();
+  return ++stops_requested_;
+}
+
+RobotWatch::StopResult RobotWatch::last_stop() const {
+  const std::lock_guard lock(mutex_);
+  return last_stop_;
+}
+
+bool RobotWatch::sleep_until(Clock::time_point time) {
+  std::unique_lock lock(mutex_);
+  return !wake_.wait_until(lock, time, [&] { return ending_; });
+}
+
+void RobotWatch::publish(nlohmann::json state) {
+  state["robot"] = name_;
+  {
+    const std::lock_guard lock(mutex_);
+    state["number"] = ++newest_.number;
+    state["connection"] = connections_;
+    newest_.text = std::make_shared<const std::string>(
+        state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  }
+  changed_();
+}
+
+void RobotWatch::run_polls() {
+  do {
+    try {
+      poll_until_failure();
+      return;
+    } catch (const std::exception& error) {
+      publish({{"connected", false}, {"text", error.what()}});
+    }
+  } while (sleep_until(Clock::now() + kReconnectInterval));
+}
+
+void RobotWatch::poll_until_failure() {
+  nlohmann::json description = port_->connect();
+  {
+    const std::lock_guard lock(mutex_);
+    description_ = std::move(description);
+    ++connections_;
+  }
+  Clock::time_point due = Clock::now();
+  do {
+    nlohmann::json state = port_->state();
+    state["connected"] = true;
+    publish(std::move(state));
+    due = std::max(due + kPollInterval, Clock::now());  // a poll that was late delays the next ones
+  } while (sleep_until(due));
+}
+
+void RobotWatch::run_stops() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [&] { return ending_ || stops_requested_ != last_stop_.number; });
+    const std::uint64_t number = stops_requested_;
+    if (number == last_stop_.number) return;
+    lock.unlock();
+    StopResult result{number, {}};
+    try {
+      port_->stop();
+    } catch (const std::exception& error) {
+      result.failure = error.what();
+    }
+    lock.lock();
+    last_stop_ = std::move(result);
+    lock.unlock();
+    changed_();
+    lock.lock();
+  }
+}
+
+}  // namespace corbot::panel

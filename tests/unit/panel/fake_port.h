@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "panel/robot_watch.h"
+
+namespace corbot::panel {
+
+/// A robot of a test, which can refuse, and whose calls can hang until they are let go.
+class FakeRobot {
+ public:
+  /// Those that are under way and to come.
+  void set_polls_hang(bool hang) { set(polls_hang_, hang); }
+  void set_stops_hang(bool hang) { set(stops_hang_, hang); }
+  void set_fault(std::string text) { set(fault_, std::move(text)); }
+  void set_padding(std::string text) { set(padding_, std::move(text)); }
+
+  [[nodiscard]] int stops() const { return get(stops_); }
+  [[nodiscard]] int polls() const { return get(polls_); }
+  [[nodiscard]] int hanging_polls() const { return get(hanging_polls_); }
+  [[nodiscard]] int hanging_stops() const { return get(hanging_stops_); }
+
+  void connect() {
+    const std::lock_guard lock(mutex_);
+    fail();
+  }
+  nlohmann::json state() {
+    std::unique_lock lock(mutex_);
+    ++hanging_polls_;
+    wake_.wait(lock, [&] { return !polls_hang_; });
+    --hanging_polls_;
+    fail();
+    return {{"poll", ++polls_}, {"padding", padding_}};
+  }
+  void stop() {
+    std::unique_lock lock(mutex_);
+    ++hanging_stops_;
+    wake_.wait(lock, [&] { return !stops_hang_; });
+    --hanging_stops_;
+    fail();
+    ++stops_;
+  }
+
+ private:
+  template <class Value>
+  void set(Value& member, Value value) {
+    const std::lock_guard lock(mutex_);
+    member = std::move(value);
+    wake_.notify_all();
+  }
+  [[nodiscard]] int get(const int& member) const {
+    const std::lock_guard lock(mutex_);
+    return member;
+  }
+  void fail() const {
+    if (!fault_.empty()) throw std::runtime_error(fault_);
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool polls_hang_{false};
+  bool stops_hang_{false};
+  std::string fault_;
+  std::string padding_;
+  int polls_{0};
+  int stops_{0};
+  int hanging_polls_{0};
+  int hanging_stops_{0};
+};
+
+class FakePort : public RobotPort {
+ public:
+  explicit FakePort(std::shared_ptr<FakeRobot> robot) : robot_(std::move(robot)) {}
+  nlohmann::json connect() override {
+    robot_->connect();
+    return {{"urdf", "<robot/>"}};
+  }
+  nlohmann::json state() override { return robot_->state(); }
+  void stop() override { robot_->stop(); }
+
+ private:
+  std::shared_ptr<FakeRobot> robot_;
+};
+
+}  // namespace corbot::panel

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panel/robot_watch.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+#include "panel/fake_port.h"
+#include "support/wait_until.h"
+
+namespace corbot::panel {
+namespace {
+
+using nlohmann::json;
+using test::wait_until;
+using testing::HasSubstr;
+
+class Watch : public testing::Test {
+ protected:
+  ~Watch() override {
+    robot_->set_polls_hang(false);
+    robot_->set_stops_hang(false);
+  }
+  void start() {
+    watch_.start([this] { ++changes_; });
+  }
+  [[nodiscard]] json newest() const {
+    const RobotWatch::State state = watch_.newest();
+    return state.text ? json::parse(*state.text) : json::object();
+  }
+
+  std::shared_ptr<FakeRobot> robot_ = std::make_shared<FakeRobot>();
+  std::atomic<int> changes_{0};
+  RobotWatch watch_{"one", std::make_unique<FakePort>(robot_)};
+};
+
+TEST_F(Watch, PublishesEachPollWithANumberThatRises) {
+  start();
+  ASSERT_TRUE(wait_until([&] { return newest().value("poll", 0) >= 2; }));
+  const json first = newest();
+  ASSERT_TRUE(wait_until([&] { return newest()["number"] > first["number"]; }));
+  EXPECT_EQ(first["robot"], "one");
+  EXPECT_EQ(first["connected"], true);
+  EXPECT_EQ(first["connection"], 1);
+  EXPECT_EQ(watch_.description()["urdf"], "<robot/>");
+  EXPECT_GE(changes_, 2);
+}
+
+TEST_F(Watch, ShowsAFailureAndConnectsAgain) {
+  robot_->set_fault("no servant at 127.0.0.1:1");
+  start();
+  ASSERT_TRUE(wait_until([&] { return newest().contains("text"); }));
+  EXPECT_EQ(newest()["connected"], false);
+  EXPECT_THAT(newest()["text"], HasSubstr("no servant"));
+  robot_->set_fault("");
+  ASSERT_TRUE(wait_until([&] { return newest()["connected"] == true; }));
+  robot_->set_fault("it died");
+  ASSERT_TRUE(wait_until([&] { return newest()["connected"] == false; }));
+  robot_->set_fault("");
+  ASSERT_TRUE(wait_until([&] { return newest()["connected"] == true; }));
+  EXPECT_EQ(newest()["connection"], 2);
+}
+
+TEST_F(Watch, StopsWhileAPollHangs) {
+  robot_->set_polls_hang(true);
+  start();
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_polls() == 1; }));
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  EXPECT_EQ(watch_.last_stop().failure, "");
+  EXPECT_EQ(robot_->stops(), 1);
+  EXPECT_EQ(robot_->hanging_polls(), 1);
+}
+
+TEST_F(Watch, SaysWhyAStopFailed) {
+  robot_->set_fault("no answer");
+  start();
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  EXPECT_EQ(watch_.last_stop().failure, "no answer");
+}
+
+// It would be lost otherwise if a motion began after the first Stop has been carried out.
+TEST_F(Watch, CarriesOutAStopThatComesDuringAnother) {
+  robot_->set_stops_hang(true);
+  start();
+  (void)watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_stops() == 1; }));
+  for (int i = 0; i < 9; ++i) (void)watch_.request_stop();
+  const std::uint64_t last = watch_.request_stop();
+  robot_->set_stops_hang(false);
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == last; }));
+  EXPECT_EQ(robot_->stops(), 2);
+}
+
+TEST_F(Watch, CarriesOutAStopBeforeItEnds) {
+  robot_->set_stops_hang(true);
+  start();
+  (void)watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_stops() == 1; }));
+  const std::uint64_t last = watch_.request_stop();
+  watch_.end();
+  robot_->set_stops_hang(false);
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == last; }));
+  EXPECT_EQ(robot_->stops(), 2);
+}
+
+}  // namespace
+}  // namespace corbot::panel
