@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panel/http_session.h"
+
+#include <boost/beast/websocket.hpp>
+#include <utility>
+
+#include "panel/access.h"
+#include "panel/socket_session.h"
+
+namespace corbot::panel {
+
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+using nlohmann::json;
+
+constexpr unsigned kMostHeaderBytes = 8192;
+constexpr std::size_t kMostBodyBytes = 4096;
+/// A browser that has not read a response by then loses it.
+constexpr std::chrono::seconds kResponseTimeout{60};
+constexpr const char* kText = "text/plain; charset=utf-8";
+constexpr const char* kJson = "application/json";
+/// The page runs its own scripts alone, speaks with this server alone, and is shown in no other page.
+constexpr const char* kContentPolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+
+std::string dump(const json& data) { return data.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+/// Of another page, or by a name that is none of this server's.
+bool is_foreign(const http::fields& fields, const std::vector<std::string>& more_hosts) {
+  const std::string_view host = view(fields[http::field::host]);
+  if (fields.count(http::field::host) != 1 || !is_host_allowed(host, more_hosts)) return true;
+  const std::size_t origins = fields.count(http::field::origin);
+  return origins > 1 || (origins == 1 && !is_same_origin(view(fields[http::field::origin]), host));
+}
+
+}  // namespace
+
+HttpSession::HttpSession(Hub& hub, boost::asio::ip::tcp::socket socket)
+    : hub_(hub), stream_(std::move(socket)), buffer_(2 * kMostHeaderBytes) {}
+
+std::shared_ptr<HttpSession> HttpSession::self() {
+  return std::static_pointer_cast<HttpSession>(shared_from_this());
+}
+
+void HttpSession::close() { stream_.close(); }
+
+void HttpSession::read() {
+  parser_.emplace();
+  parser_->header_limit(kMostHeaderBytes);
+  parser_->body_limit(kMostBodyBytes);
+  idle_since_ = Clock::now();
+  stream_.expires_after(hub_.settings.idle);
+  http::async_read(stream_, buffer_, *parser_,
+                   [me = self()](beast::error_code error, std::size_t) { me->on_read(error); });
+}
+
+void HttpSession::on_read(beast::error_code error) {
+  keep_alive_ = false;
+  if (error == http::error::end_of_stream) return drain();
+  if (error == http::error::header_limit || error == http::error::buffer_overflow)
+    return refuse(Status::request_header_fields_too_large, "the header is too large");
+  if (error == http::error::body_limit) return refuse(Status::payload_too_large, "the body is too large");
+  if (error && error.category() == http::make_error_code(http::error::bad_method).category())
+    return refuse(Status::bad_request, "this is no request of HTTP");
+  if (error) return;  // closed, or idle for too long
+  const Request request = parser_->release();
+  keep_alive_ = request.keep_alive();
+  respond(request);
+}
+
+void HttpSession::respond(const Request& request) {
+  if (is_foreign(request, hub_.settings.more_hosts))
+    return refuse(Status::forbidden, "this host name or origin is not allowed here");
+  const std::string_view target = view(request.target());
+  const std::string_view path = target.substr(0, target.find('?'));
+  if (path == "/ws" || path.starts_with("/api/")) {
+    if (!has_token(request)) return refuse(Status::unauthorized, "the token is missing or wrong");
+    return respond_to_api(request, path);
+  }
+  if (request.method() != http::verb::get) return refuse(Status::method_not_allowed, "files are read by GET");
+  send_file(path);
+}
+
+void HttpSession::respond_to_api(const Request& request, std::string_view path) {
+  const bool is_get = request.method() == http::verb::get;
+  if (path == "/ws" && is_get) return open_socket(request);
+  if (path == "/api/robots" && is_get) return send(Status::ok, kJson, dump(hub_.descriptions()));
+  if (path != "/api/stop" || request.method() != http::verb::post)
+    return refuse(Status::not_found, "there is GET /ws, GET /api/robots, and POST /api/stop");
+  StopOrder order =
+      hub_.stop(request.body().empty() ? json::object() : json::parse(request.body(), nullptr, false));
+  if (order.is_empty())
+    return refuse(Status::bad_request, "write nothing, {}, or {\"robot\": NAME} with a robot of this panel");
+  stop_ = std::move(order);
+  stream_.expires_never();  // the robot's port ends each Stop
+  on_change();
+}
+
+void HttpSession::on_change() {
+  const std::optional<json> result = stop_ ? stop_->result() : std::nullopt;
+  if (!result) return hub_.hold(self());
+  stop_.reset();
+  bool all_stopped = true;
+  for (const json& robot : result->at("robots")) all_stopped = all_stopped && robot.at("stopped");
+  send(all_stopped ? Status::ok : Status::bad_gateway, kJson, dump(*result));
+}
+
+void HttpSession::send_file(std::string_view path) {
+  const PageFiles::File* file = hub_.pages.find(path);
+  if (file == nullptr) return refuse(Status::not_found, "there is no such file");
+  send(Status::ok, file->type, file->bytes);
+}
+
+void HttpSession::open_socket(const Request& request) {
+  if (!beast::websocket::is_upgrade(request)) return refuse(Status::bad_request, "this is no WebSocket");
+  if (!hub_.has_room_for_socket())
+    return refuse(Status::service_unavailable, "too many browsers watch: close one");
+  const auto socket = std::make_shared<SocketSession>(hub_, std::move(stream_));
+  hub_.add_socket(socket);
+  socket->accept(request);
+}
+
+void HttpSession::refuse(Status status, const std::string& text) { send(status, kText, text + "\n"); }
+
+void HttpSession::send(Status status, const char* type, std::string body) {
+  const auto response = std::make_shared<http::response<http::string_body>>();
+  response->result(status);
+  response->set(http::field::content_type, type);
+  response->set(http::field::cache_control, "no-store");
+  response->set("Content-Security-Policy", kContentPolicy);
+  response->set("Cross-Origin-Resource-Policy", "same-origin");
+  response->set("Referrer-Policy", "no-referrer");
+  response->set("X-Content-Type-Options", "nosniff");
+  response->keep_alive(keep_alive_);
+  response->body() = std::move(body);
+  response->prepare_payload();
+  stream_.expires_after(kResponseTimeout);
+  http::async_write(stream_, *response, [me = self(), response](beast::error_code error, std::size_t) {
+    if (error) return;
+    if (me->keep_alive_) return me->read();
+    me->drain();
+  });
+}
+
+void HttpSession::drain() {
+  beast::error_code ignored;
+  stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+  stream_.async_read_some(boost::asio::buffer(drained_), [me = self()](beast::error_code error, std::size_t) {
+    if (!error) me->drain();
+  });
+}
+
+bool HttpSession::has_token(const Request& request) const {
+  constexpr std::string_view kBearer = "Bearer ";
+  const std::string_view header = view(request[http::field::authorization]);
+  const std::string_view given = header.starts_with(kBearer) ? header.substr(kBearer.size())
+                                                             : query_value(view(request.target()), "token");
+  return is_token(given, hub_.settings.watch_token);
+}
+
+}  // namespace corbot::panel

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <optional>
+#include <string>
+
+#include "panel/hub.h"
+
+namespace corbot::panel {
+
+/// A connection that takes requests, until one of them asks for a WebSocket.
+class HttpSession : public Session {
+ public:
+  HttpSession(Hub& hub, boost::asio::ip::tcp::socket socket);
+  void start() { read(); }
+  void on_change() override;
+  void close() override;
+
+ private:
+  using Request = boost::beast::http::request<boost::beast::http::string_body>;
+  using Status = boost::beast::http::status;
+
+  void read();
+  void on_read(boost::beast::error_code error);
+  void respond(const Request& request);
+  void respond_to_api(const Request& request, std::string_view path);
+  void send_file(std::string_view path);
+  void open_socket(const Request& request);
+  void refuse(Status status, const std::string& text);
+  void send(Status status, const char* type, std::string body);
+  /// No more requests: the connection ends once the browser has read the response.
+  void drain();
+  [[nodiscard]] bool has_token(const Request& request) const;
+  [[nodiscard]] std::shared_ptr<HttpSession> self();
+
+  Hub& hub_;
+  boost::beast::tcp_stream stream_;
+  boost::beast::flat_buffer buffer_;
+  std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
+  bool keep_alive_{false};
+  std::optional<StopOrder> stop_;  // whose result is the response
+  std::array<char, 1024> drained_{};
+};
+
+}  // namespace corbot::panel

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "panel/server.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <thread>
+
+#include "client/failure.h"
+#include "panel/browser.h"
+#include "panel/fake_port.h"
+#include "support/paths.h"
+#include "support/process.h"
+#include "support/scratch.h"
+#include "support/wait_until.h"
+
+namespace corbot::panel {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::wait_until;
+using testing::HasSubstr;
+
+class PanelServer : public testing::Test {
+ protected:
+  PanelServer() {
+    fs::create_directories(directory_ / "page" / "parts");
+    write("page/index.html", "<html/>");
+    write("page/parts/main.js", "run()");
+    write("page/.hidden", "secret");
+    write("secret", "secret");
+    fs::create_symlink(directory_ / "secret", directory_ / "page" / "link");
+    settings_.pages = directory_ / "page";
+    settings_.watch_token = kToken;
+  }
+  ~PanelServer() override {
+    for (const auto& robot : {one_, two_}) {
+      robot->set_polls_hang(false);
+      robot->set_stops_hang(false);
+    }
+    if (server_) server_->end();
+    if (thread_.joinable()) thread_.join();
+    server_.reset();
+    fs::remove_all(directory_);
+  }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(directory_ / name) << text;
+  }
+  int start() {
+    std::vector<std::unique_ptr<RobotWatch>> robots;
+    robots.push_back(std::make_unique<RobotWatch>("one", std::make_unique<FakePort>(one_)));
+    robots.push_back(std::make_unique<RobotWatch>("two", std::make_unique<FakePort>(two_)));
+    server_ = std::make_unique<Server>(settings_, std::move(robots));
+    thread_ = std::thread([this] { server_->run(); });
+    return server_->port();
+  }
+
+  fs::path directory_ = fs::path(test::scratch_directory(CORBOT_SCRATCH_DIR)) / test::unique_name("panel");
+  ServerSettings settings_;
+  std::shared_ptr<FakeRobot> one_ = std::make_shared<FakeRobot>();
+  std::shared_ptr<FakeRobot> two_ = std::make_shared<FakeRobot>();
+  std::unique_ptr<Server> server_;
+  std::thread thread_;
+};
+
+TEST_F(PanelServer, ServesThePageWithItsTypesAndAPolicy) {
+  Browser browser(start());
+  const Response page = browser.get("/");
+  EXPECT_EQ(page.result(), http::status::ok);
+  EXPECT_EQ(page.body(), "<html/>");
+  EXPECT_EQ(page[http::field::content_type], "text/html; charset=utf-8");
+  EXPECT_THAT(std::string(page["Content-Security-Policy"]),
+              HasSubstr("default-src 'none'; script-src 'self'"));
+  EXPECT_EQ(page["X-Content-Type-Options"], "nosniff");
+  const Response script = browser.get("/parts/main.js?x=1");
+  EXPECT_EQ(script.body(), "run()");
+  EXPECT_EQ(script[http::field::content_type], "text/javascript; charset=utf-8");
+}
+
+TEST_F(PanelServer, ServesNoFileBesidesThePage) {
+  Browser browser(start());
+  for (const char* target :
+       {"/../secret", "/parts/../../secret", "/%2e%2e/secret", "/..%2fsecret", "//secret", "/.hidden",
+        "/link", "/parts", "secret", "/page/index.html", "/index.html/"})
+    EXPECT_EQ(browser.get(target).result(), http::status::not_found) << target;
+}
+
+TEST_F(PanelServer, RefusesAMissingOrWrongToken) {
+  const int port = start();
+  for (const char* token : {"", "Bearer ", "Bearer 0123456789abcdee", "0123456789abcdef"}) {
+    Browser browser(port);
+    for (const char* target : {"/api/robots", "/api/stop", "/api/stop?token=x", "/ws", "/api/none"}) {
+      auto request = Browser::request(http::verb::post, target);
+      request.set(http::field::authorization, token);
+      EXPECT_EQ(browser.ask(request).result(), http::status::unauthorized) << token << " " << target;
+    }
+  }
+  Page page(port, "/ws?token=0123456789abcdee");
+  EXPECT_TRUE(page.error());
+  EXPECT_EQ(page.refusal(), http::status::unauthorized);
+  EXPECT_EQ(one_->stops(), 0);
+}
+
+TEST_F(PanelServer, RefusesForeignHostsAndOrigins) {
+  const int port = start();
+  Browser browser(port);
+  for (const char* target : {"/", "/api/robots", "/api/stop"}) {
+    auto rebound = Browser::request(http::verb::post, target);
+    rebound.set(http::field::host, "example.org");
+    EXPECT_EQ(browser.ask(rebound).result(), http::status::forbidden) << target;
+    auto foreign = Browser::request(http::verb::post, target);
+    foreign.set(http::field::origin, "http://example.org");
+    EXPECT_EQ(browser.ask(foreign).result(), http::status::forbidden) << target;
+  }
+  auto two_hosts = Browser::request(http::verb::post, "/api/stop");
+  two_hosts.insert(http::field::host, "example.org");
+  EXPECT_EQ(browser.ask(two_hosts).result(), http::status::forbidden);
+  Page page(port, std::string("/ws?token=") + kToken, "http://example.org");
+  EXPECT_EQ(page.refusal(), http::status::forbidden);
+  EXPECT_EQ(one_->stops(), 0);
+}
+
+TEST_F(PanelServer, RefusesOversizedAndBrokenRequests) {
+  const int port = start();
+  auto long_header = Browser::request(http::verb::get, "/");
+  long_header.set("X-Long", std::string(9000, 'x'));
+  EXPECT_EQ(Browser(port).ask(long_header).result(), http::status::request_header_fields_too_large);
+  EXPECT_EQ(Browser(port).get("/" + std::string(20'000, 'x')).result(),
+            http::status::request_header_fields_too_large);
+  EXPECT_EQ(Browser(port).post("/api/stop", std::string(5000, ' ')).result(),
+            http::status::payload_too_large);
+  EXPECT_EQ(Browser(port).send_bytes("GIOP\1\2\1\0\r\n\r\n").result(), http::status::bad_request);
+  EXPECT_EQ(one_->stops(), 0);
+}
+
+TEST_F(PanelServer, DescribesTheRobots) {
+  const int port = start();
+  ASSERT_TRUE(wait_until([&] { return one_->polls() > 0 && two_->polls() > 0; }));
+  const json robots = json::parse(Browser(port).get("/api/robots").body());
+  EXPECT_EQ(robots,
+            json::parse(R"([{"robot": "one", "urdf": "<robot/>"}, {"robot": "two", "urdf": "<robot/>"}])"));
+}
+
+TEST_F(PanelServer, SendsTheStatesOfAllRobots) {
+  Page page(start());
+  ASSERT_FALSE(page.error());
+  std::set<std::string> seen;
+  while (seen.size() < 2) {
+    const json state = page.read();
+    ASSERT_TRUE(state.is_object());
+    seen.insert(state["robot"]);
+  }
+}
+
+// The states are so large that those for the slow browser fill the buffers of the kernel.
+TEST_F(PanelServer, ABrowserThatDoesNotReadMissesStatesAndHoldsUpNobody) {
+  one_->set_padding(std::string(200'000, 'x'));
+  two_->set_polls_hang(true);
+  const int port = start();
+  Page slow(port);
+  Page quick(port);
+  const json first = quick.read();
+  json last = first;
+  for (int states = 0; states < 40; ++states) {
+    last = quick.read();
+    ASSERT_TRUE(last.is_object());
+  }
+  json before = slow.read();
+  int missed = 0;
+  while (before["number"] < last["number"]) {
+    const json state = slow.read();
+    ASSERT_TRUE(state.is_object());
+    missed += state["number"].get<int>() - before["number"].get<int>() - 1;
+    before = state;
+  }
+  EXPECT_GT(missed, 10);
+}
+
+TEST_F(PanelServer, StopsAllRobotsWhilePollsHang) {
+  one_->set_polls_hang(true);
+  two_->set_polls_hang(true);
+  const int port = start();
+  ASSERT_TRUE(wait_until([&] { return one_->hanging_polls() + two_->hanging_polls() == 2; }));
+  const Response response = Browser(port).post("/api/stop");
+  EXPECT_EQ(response.result(), http::status::ok);
+  EXPECT_EQ(
+      json::parse(response.body()),
+      json::parse(R"({"robots": [{"robot": "one", "stopped": true}, {"robot": "two", "stopped": true}]})"));
+  EXPECT_EQ(one_->stops(), 1);
+  EXPECT_EQ(two_->stops(), 1);
+}
+
+TEST_F(PanelServer, StopsTheRobotThatIsNamed) {
+  const int port = start();
+  Browser browser(port);
+  EXPECT_EQ(browser.post("/api/stop", R"({"robot": "two"})").result(), http::status::ok);
+  EXPECT_EQ(one_->stops(), 0);
+  EXPECT_EQ(two_->stops(), 1);
+  for (const char* body : {"[]", "{", "null", R"({"robot": "three"})", R"({"robot": 1})"})
+    EXPECT_EQ(browser.post("/api/stop", body).result(), http::status::bad_request) << body;
+  EXPECT_EQ(browser.get("/api/stop").result(), http::status::not_found);
+  EXPECT_EQ(two_->stops(), 1);
+}
+
+TEST_F(PanelServer, SaysWhichRobotDidNotStop) {
+  const int port = start();
+  two_->set_fault("no answer");
+  const Response response = Browser(port).post("/api/stop");
+  EXPECT_EQ(response.result(), http::status::bad_gateway);
+  EXPECT_EQ(json::parse(response.body())["robots"][1],
+            json::parse(R"({"robot": "two", "stopped": false, "text": "no answer"})"));
+}
+
+TEST_F(PanelServer, AStopThatHangsHoldsUpNoOther) {
+  one_->set_stops_hang(true);
+  const int port = start();
+  Browser waiting(port);
+  std::thread caller([&] { EXPECT_EQ(waiting.post("/api/stop").result(), http::status::ok); });
+  EXPECT_TRUE(wait_until([&] { return one_->hanging_stops() == 1 && two_->stops() == 1; }));
+  EXPECT_EQ(Browser(port).post("/api/stop", R"({"robot": "two"})").result(), http::status::ok);
+  one_->set_stops_hang(false);
+  caller.join();
+}
+
+TEST_F(PanelServer, AServerEndsWhileAStopIsUnderWay) {
+  one_->set_stops_hang(true);
+  const int port = start();
+  Page page(port);
+  page.send(R"({"stop": {}})");
+  Browser waiting(port);
+  std::thread caller([&] { EXPECT_EQ(waiting.post("/api/stop").result_int(), 0U); });
+  EXPECT_TRUE(wait_until([&] { return one_->hanging_stops() == 1 && two_->stops() >= 1; }));
+  server_->end();
+  thread_.join();
+  one_->set_stops_hang(false);
+  server_.reset();
+  caller.join();
+}
+
+TEST_F(PanelServer, StopsByAMessageOfTheWebSocket) {
+  one_->set_polls_hang(true);
+  Page page(start());
+  page.send(R"({"stop": {}})");
+  EXPECT_EQ(page.read_until("stop")["stop"]["robots"].size(), 2U);
+  EXPECT_EQ(one_->stops(), 1);
+  page.send(R"({"stop": {"robot": "two"}})");
+  EXPECT_EQ(page.read_until("stop"),
+            json::parse(R"({"stop": {"robots": [{"robot": "two", "stopped": true}]}})"));
+  EXPECT_EQ(two_->stops(), 2);
+  for (const char* text : {"stop", "{}", "[]", R"({"stop": {"robot": "three"}})", R"({"stop": null})"}) {
+    page.send(text);
+    EXPECT_TRUE(page.read_until("error").is_object()) << text;
+  }
+  page.send(std::string(5000, ' '));
+  EXPECT_TRUE(page.read_until("error").is_null());
+  EXPECT_EQ(two_->stops(), 2);
+}
+
+TEST_F(PanelServer, RefusesTooManyWebSockets) {
+  settings_.most_sockets = 2;
+  const int port = start();
+  auto first = std::make_unique<Page>(port);
+  Page second(port);
+  Page third(port);
+  EXPECT_EQ(third.refusal(), http::status::service_unavailable);
+  EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::ok);
+  first.reset();
+  EXPECT_TRUE(wait_until([&] { return !Page(port).error(); }));
+}
+
+TEST_F(PanelServer, ManyConnectionsThatSendNothingLeaveRoomForAStop) {
+  settings_.most_requests = 3;
+  settings_.idle = std::chrono::minutes(5);
+  const int port = start();
+  std::vector<std::unique_ptr<Browser>> silent;
+  for (int i = 0; i < 10; ++i) silent.push_back(std::make_unique<Browser>(port));
+  EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::ok);
+  EXPECT_TRUE(silent.front()->is_closed());
+}
+
+TEST_F(PanelServer, ClosesAConnectionThatSendsNothing) {
+  settings_.idle = std::chrono::milliseconds(50);
+  Browser browser(start());
+  EXPECT_TRUE(browser.is_closed());
+}
+
+TEST_F(PanelServer, ClosesAWebSocketThatAnswersNoPing) {
+  settings_.most_sockets = 1;
+  settings_.socket_idle = std::chrono::milliseconds(100);
+  const int port = start();
+  Page silent(port);
+  ASSERT_FALSE(silent.error());
+  EXPECT_TRUE(wait_until([&] { return !Page(port).error(); }));
+}
+
+TEST_F(PanelServer, SaysWhyItCannotListen) {
+  settings_.port = start();
+  try {
+    const Server second(settings_, {});
+    FAIL() << "two listen at one port";
+  } catch (const client::Failure& failure) {
+    EXPECT_THAT(failure.what(), HasSubstr("in use"));
+  }
+  settings_.pages = directory_ / "none";
+  EXPECT_THROW(Server(settings_, {}), client::Failure);
+}
+
+}  // namespace
+}  // namespace corbot::panel
