@@ -53,7 +53,7 @@ void HttpSession::read() {
   parser_.emplace();
   parser_->header_limit(kMostHeaderBytes);
   parser_->body_limit(kMostBodyBytes);
-  idle_since_ = Clock::now();
+  begin_idle();
   stream_.expires_after(hub_.settings.idle);
   http::async_read(stream_, buffer_, *parser_,
                    [me = self()](beast::error_code error, std::size_t) { me->on_read(error); });

@@ -44,6 +44,9 @@ class Session : public std::enable_shared_from_this<Session> {
   [[nodiscard]] Clock::time_point idle_since() const { return idle_since_; }
 
  protected:
+  void begin_idle() { idle_since_ = Clock::now(); }
+
+ private:
   Clock::time_point idle_since_{Clock::now()};
 };
 

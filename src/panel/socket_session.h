@@ -40,7 +40,7 @@ class SocketSession : public Session {
   std::shared_ptr<const std::string> sending_;
   std::vector<std::uint64_t> sent_;  // for each robot the number of its state
   std::size_t turn_{0};              // of a robot
-  std::optional<StopOrder> stop_;    // whose result is to be sent
+  std::optional<StopOrder> stop_;    // whose result is to be sent; a newer one replaces it
   std::shared_ptr<const std::string> reply_;
 };
 

@@ -41,7 +41,7 @@ beast::error_code finish(asio::io_context& io, Start&& start) {
 /// A connection that sends requests one after another.
 class Browser {
  public:
-  explicit Browser(int port) : port_(port) {
+  explicit Browser(int port) {
     stream_.connect({asio::ip::address_v4::loopback(), static_cast<unsigned short>(port)});
   }
 
@@ -84,7 +84,6 @@ class Browser {
   }
 
  private:
-  int port_;
   asio::io_context io_;
   beast::tcp_stream stream_{io_};
   beast::flat_buffer buffer_;

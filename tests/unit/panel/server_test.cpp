@@ -163,21 +163,18 @@ TEST_F(PanelServer, ABrowserThatDoesNotReadMissesStatesAndHoldsUpNobody) {
   const int port = start();
   Page slow(port);
   Page quick(port);
-  const json first = quick.read();
-  json last = first;
+  json last;
   for (int states = 0; states < 40; ++states) {
     last = quick.read();
     ASSERT_TRUE(last.is_object());
   }
-  json before = slow.read();
-  int missed = 0;
-  while (before["number"] < last["number"]) {
-    const json state = slow.read();
+  // The one that was being sent, and then the newest.
+  int read = 0;
+  for (json state = slow.read(); state["number"] < last["number"]; state = slow.read()) {
     ASSERT_TRUE(state.is_object());
-    missed += state["number"].get<int>() - before["number"].get<int>() - 1;
-    before = state;
+    ++read;
   }
-  EXPECT_GT(missed, 10);
+  EXPECT_LE(read, 2);
 }
 
 TEST_F(PanelServer, StopsAllRobotsWhilePollsHang) {
