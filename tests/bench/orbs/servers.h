@@ -32,7 +32,7 @@ class Scratch {
 class Placement {
  public:
   Placement();
-  /// Where this thread, and the threads and processes that it starts from now on, run.
+  /// Pins this thread, and the threads and processes that it starts from now on, to these CPUs.
   void on_the_one() const;
   void on_the_others() const;
 
