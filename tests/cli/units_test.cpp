@@ -27,7 +27,7 @@ class Units : public CliRig, public testing::WithParamInterface<const char*> {
     std::ifstream stream(std::string(CORBOT_BINARY_DIR "/packaging") + "/" + unit);
     return {std::istreambuf_iterator<char>{stream}, {}};
   }
-  /// Where it starts a program of the installation, one of the build.
+  /// Replaces the installation's programs with those of the build.
   [[nodiscard]] static std::string with_build_programs(std::string text) {
     const std::string installed = "ExecStart=" CORBOT_INSTALLED_BIN "/";
     const std::size_t at = text.find(installed);
@@ -44,7 +44,7 @@ TEST_P(Units, AreAccepted) {
   const RunResult good = run({"/usr/bin/systemd-analyze", "verify", "--man=no", file});
   EXPECT_EQ(good.code, 0) << good.errors;
   EXPECT_THAT(good.errors, Not(HasSubstr("corbot")));
-  // That it would report a fault.
+  // Checks that systemd-analyze would report a fault.
   put(GetParam(), with_build_programs(text) + "\n[Service]\nWatchdogSec=soon\nFrobnicate=1\n");
   const RunResult bad = run({"/usr/bin/systemd-analyze", "verify", "--man=no", file});
   EXPECT_THAT(bad.errors, AllOf(HasSubstr("sec value"), HasSubstr("Frobnicate")));
