@@ -218,8 +218,8 @@ TEST_P(Contract, IsHaltedOnItsWayBackByAnEmergencyStop) {
   fixture_->plug();
   ASSERT_TRUE(reaches(BackendHealth::kStandby));
   driver_->clear();
-  // That its pulses went with the plug, and that they are back, is no motion, whenever it gets into the
-  // record.
+  // The loss of the base's pulses with the plug, and their return, are no motion, whenever the record gets
+  // them.
   const auto base_moves = [&] {
     const std::vector<Output> seen = fixture_->outputs();
     return std::any_of(seen.begin() + static_cast<std::ptrdiff_t>(before), seen.end(),

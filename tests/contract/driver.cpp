@@ -71,7 +71,7 @@ std::vector<double> Driver::wanted(bool joints) const {
   return {all.pulse_us.begin(), all.pulse_us.begin() + all.servo_count};
 }
 
-/// Where what is measured stands by, the arm is there, whatever it was asked for.
+/// Takes the measured position as the arm's while the device stands by, whatever the last frame was.
 void Driver::follow(Pose& at) noexcept {
   ServoFeedback feedback{};
   if (backend_.health() != BackendHealth::kStandby || !feedback_.load(feedback) || !feedback.measured) return;

@@ -9,7 +9,7 @@
 
 namespace corbot::test {
 
-/// Where an arm is to be.
+/// A position that an arm should reach.
 struct Pose {
   Joints position_q{};
   double opening{};
