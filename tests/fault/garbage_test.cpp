@@ -24,7 +24,7 @@ class Garbage : public CliRig {
   bool answers() {
     return wait_until(within(30), [&] { return !status().empty(); });
   }
-  /// Where the real-time task has the arm.
+  /// Returns the joints at which the real-time task has the arm.
   nlohmann::json joints() { return status().at("joints"); }
 
   pid_t task_ = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose segment a real-time task takes the arm's position from: that of the last task, and of no older one.
+// Tests that a real-time task takes the arm's position from the segment of the previous task, and of no older
+// one.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -78,7 +78,7 @@ class Waiters : public ::testing::Test {
     ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() == CORBOT_STATE_STANDBY; }));
     channel_ = std::make_unique<Observer>(Observer::of(name_));
   }
-  /// Where the loop has just slept until its next cycle.
+  /// Runs the loop until it has just slept until its next cycle.
   static void run_to_begin(TracedThread& loop) {
     for (;;) {
       const auto call = loop.run_to_system_call();
