@@ -145,7 +145,7 @@ class StoppedDrives : public CanDrives {
       return device->health == Corbot::DeviceClosed;
     });
   }
-  /// Those that got power between two instants.
+  /// Returns the nodes that got power between two instants.
   [[nodiscard]] std::vector<std::uint32_t> energised(std::int64_t from_ns, std::int64_t to_ns) const {
     std::vector<std::uint32_t> nodes;
     std::map<std::uint32_t, bool> had_power;

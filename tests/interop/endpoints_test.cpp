@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a servant listens: IPv6, Unix sockets that are their owner's, and no address that means all of them.
+// Tests the addresses on which a servant listens: IPv6, Unix sockets that are their owner's, and no address
+// that means all of them.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 #include <unistd.h>

@@ -47,8 +47,7 @@ class Places : public RobotRig {
     for (int i = 0; i < kOfAHost; ++i) {
       callers.emplace_back([&] {
         std::string raised;
-        // Where the machine stands still for a second, the Stop before may count for a call that came after
-        // it.
+        // If the machine stalls for a second, the previous Stop may count for a call that came after it.
         do raised = raised_by([&] { arm_->Delay(600.0); });
         while (raised == "Stopped" && !stopping);
         if (raised == "Stopped") ++stopped;
@@ -253,8 +252,7 @@ class PlacesOfTheGone : public Places {
       const auto call = [&] { EXPECT_TRUE(clients.back().send(giop_request(1, name_, "Delay", {3000.0}))); };
       call();
       EXPECT_TRUE(wait_until(within(30), [&] {
-        // Where the machine stands still for a second, the Stop before may count for a call that came after
-        // it.
+        // If the machine stalls for a second, the previous Stop may count for a call that came after it.
         if (clients.back().reply(Clock::now())) call();
         return has_ticket(next + static_cast<Corbot::Ticket>(i));
       }));
