@@ -33,7 +33,8 @@ const Mounting& mount_of(const Form& form) {
   return form.mount;
 }
 
-/// Where the centre of a six-axis arm's wrist passes axis 1; 0 where that is a slide's or the tool's matter.
+/// Returns the distance at which the centre of a six-axis arm's wrist passes axis 1; 0 if a slide or the tool
+/// sets it.
 inline double lateral_m(const OrthoParallelArm& arm) { return arm.lateral_m; }
 inline double lateral_m(const ParallelAxesArm& arm) { return arm.lateral_m; }
 template <class Form>

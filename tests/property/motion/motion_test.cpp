@@ -427,7 +427,7 @@ bool Motions::run(const Command& command, Interruption interruption) {
 
 void Motions::one_motion(Kind kind) {
   for (int attempt = 0;; ++attempt) {
-    // Where a path finds no room, the arm goes elsewhere by its joints.
+    // If a path finds no room, the arm goes elsewhere by its joints.
     const PlanResult planned = plan(attempt % 8 == 7 ? Kind::kJoint : kind);
     if (const auto* refusal = std::get_if<PlanRefusal>(&planned)) {
       // A refusal for too many knots says more of the planner than of the arm.

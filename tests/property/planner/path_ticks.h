@@ -46,7 +46,7 @@ struct Tightest {
   double joint_speed{};  ///< greatest part of a joint's speed that was used
 };
 
-/// Where a planned path is at a time: joints and the part of the path that is done.
+/// The state of a planned path at a time: joints and the part of the path that is done.
 struct PathPlace {
   Joints q{};
   double s{};
