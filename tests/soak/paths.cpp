@@ -34,7 +34,7 @@ bool is_near(const Point& a, const Point& b) {
          std::abs(a[2] - b[2]) <= kNear_m;
 }
 
-/// Where a point is along a path, and how far from it.
+/// A point's position along a path, and its distance from the path.
 struct Place {
   double along_m;
   double off_m;

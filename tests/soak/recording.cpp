@@ -139,8 +139,8 @@ void Recording::measure(const Cycle& row) {
     ticks_.rest(last_.theta_deg, last_.tcp_m);
   }
   if (is_adjacent && row.command == 0 && last_.command != 0) ticks_of_rest_ = kTicksOfRest;
-  // Where servos without energy are is no set-point of the motion that has ended: it rests where it was held
-  // last.
+  // The position of servos without power is no set-point of the motion that has ended: the motion rests where
+  // it was held last.
   const bool is_led = row.follows_device() && ticks_of_rest_ > 0;
   if (!is_led) held_ = row;
   ticks_.add(held_.theta_deg, held_.tcp_m);

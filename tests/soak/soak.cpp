@@ -157,7 +157,7 @@ class Soak {
             },
             lasts_s};
   }
-  /// Where a supervisor was killed there may be none.
+  /// There may be no client if a supervisor was killed.
   Fault with_client(const std::function<Fault(pid_t)>& fault) {
     const double which = real(0.0, 1.0);
     if (stage_.clients() == 0) return fault(0);
