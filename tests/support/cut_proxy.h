@@ -10,7 +10,7 @@
 
 namespace corbot::test {
 
-/// Where in a call its connection is cut.
+/// The point in a call at which its connection is cut.
 struct CutPoint {
   enum class Part { kRequest, kReply };
   std::string operation;

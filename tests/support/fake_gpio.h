@@ -62,7 +62,7 @@ class FakeGpio {
   void plug() { error_ = 0; }
   /// From now on, calls to the chip do not return until this is taken back.
   void block(bool blocked) { blocked_ = blocked; }
-  /// Those that set a line.
+  /// Blocks the calls that set a line.
   void block_sets(bool blocked) { sets_blocked_ = blocked; }
   void set_info(const std::string& line, const rt::GpioLineInfo& info) {
     const std::lock_guard lock(mutex_);

@@ -33,7 +33,8 @@ std::uint32_t u32_at(const std::string& message, std::size_t at) {
 
 constexpr std::size_t aligned(std::size_t at) { return (at + 3) / 4 * 4; }
 
-/// Where the request's number stands in a Reply: behind the service contexts, before GIOP 1.2.
+/// Returns the offset of the request's number in a Reply. Before GIOP 1.2 it stands behind the service
+/// contexts.
 std::size_t number_in_reply(const std::string& message) {
   if (minor_of(message) >= 2) return kHeader;
   std::size_t at = kHeader + 4;

@@ -200,8 +200,8 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
       passed_ns = point->time_ns;
     }
     ++result.outputs;
-    // Where servos do not start together, some are one frame ahead: after one that was kept back, by its way
-    // as well.
+    // If servos do not start together, some are one frame ahead. After a frame that was kept back, they are
+    // also ahead by its way.
     const double since_s = static_cast<double>(now_ns - std::exchange(last_ns, now_ns)) * 1e-9;
     const double skew_s = std::clamp(since_s, facts.skew_s, kMostKeptBack * facts.skew_s);
     const double allowed_m = quantisation_m(arm, facts, at) + corner_m + speed_m_s * skew_s;

@@ -20,7 +20,8 @@ namespace {
 
 constexpr int kFirstTestPort = 10000;
 
-/// Where the ports begin that the kernel hands out by itself, to every connection that somebody opens.
+/// Returns the first of the ports that the kernel hands out by itself, to every connection that a program
+/// opens.
 int first_ephemeral_port() {
   std::ifstream file("/proc/sys/net/ipv4/ip_local_port_range");
   int first = 0;

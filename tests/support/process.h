@@ -98,8 +98,8 @@ std::string servant_program(const std::string& directory);
 /// A robot name that no other test of this machine uses.
 std::string unique_name(const std::string& stem);
 
-/// Where a real-time task listens; `runtime`: the XDG_RUNTIME_DIR that it was started with, if not the
-/// test's.
+/// Returns the path on which a real-time task listens. `runtime`: the XDG_RUNTIME_DIR that it was started
+/// with, if not the test's.
 std::string channel_path(const std::string& robot, const std::string& runtime = "");
 /// Whether that is there: a task runs, was killed, or has left it to a servant.
 bool channel_exists(const std::string& robot, const std::string& runtime = "");

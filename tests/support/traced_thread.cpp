@@ -43,7 +43,7 @@ __ptrace_syscall_info info_of(pid_t thread) {
   return info;
 }
 
-/// Where its program begins: code that is not executed again.
+/// Returns the entry of the process's program: code that is not executed again.
 std::uint64_t entry_of(pid_t process) {
   std::ifstream stream("/proc/" + std::to_string(process) + "/auxv", std::ios::binary);
   Elf64_auxv_t entry{};

@@ -44,7 +44,7 @@ class TracedThread {
   [[nodiscard]] std::optional<SystemCall> look();
   /// After go_on() this holds it wherever it is.
   void interrupt() noexcept;
-  /// Where it is.
+  /// Returns the address of the next instruction.
   [[nodiscard]] std::uint64_t instruction_pointer() const;
   /// One instruction. False when the thread has ended.
   [[nodiscard]] bool step();
