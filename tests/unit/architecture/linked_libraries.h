@@ -11,7 +11,7 @@ namespace corbot::test {
 /// finds them). Throws std::runtime_error if that cannot be found out.
 [[nodiscard]] std::vector<std::string> linked_libraries(const std::filesystem::path& program);
 
-/// Those among them that belong to an ORB.
+/// Returns the libraries among them that belong to an ORB.
 [[nodiscard]] std::vector<std::string> orbs_among(const std::vector<std::string>& libraries);
 
 }  // namespace corbot::test

@@ -154,7 +154,7 @@ class GpiodTest : public ::testing::Test {
 
 /// A machine that is busy delays edges; that it can be near enough is shown by the best of many.
 constexpr std::int64_t kNear_ns = 300'000;
-/// Where within setting them the lines change is not always the same.
+/// The instant at which lines change within a call that sets them varies by as much.
 constexpr std::int64_t kSetVaries_ns = 2'000;
 
 TEST_F(GpiodTest, MakesPulsesThatAreNeverTooShort) {

@@ -23,7 +23,7 @@ struct RingIndices {
   static void set_head(RingSlots<Record, kCapacity>& slots, std::uint64_t head) {
     slots.head_.store(head);
   }
-  /// Where the record of that index lies.
+  /// Returns the record of that index.
   template <class Record, std::size_t kCapacity>
   static Record& record(RingSlots<Record, kCapacity>& slots, std::uint64_t index) {
     return slots.slots_[index & (kCapacity - 1)].value;

@@ -16,7 +16,7 @@
 
 #include "support/paths.h"
 
-// What a browser does with a panel, and what none does.
+// Sends a panel the requests of a browser, and requests that no browser sends.
 
 namespace corbot::panel {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where there is no path to slow down on.
+// Tests the ramp of joints if there is no path to slow down on.
 #include "rt/cycle/joint_ramp.h"
 
 #include <gtest/gtest.h>
