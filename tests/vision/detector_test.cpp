@@ -91,7 +91,7 @@ class SceneMaker {
            Vector3d(between(-0.003, 0.003), between(-0.003, 0.003), 0);
   }
 
-  /// Where there is room; a lying piece needs more of it.
+  /// Adds a piece if there is room; a lying piece needs more of it.
   void add_piece(Scene& scene, const cell::Place& place) {
     const cell::Kind& kind = cell_.kinds[static_cast<std::size_t>(below(2))];
     ScenePiece piece{
