@@ -23,8 +23,8 @@ extern "C" {
  * Retries in the background while no real-time task runs. Returns NULL and fills *error if the profile is
  * invalid or another servant is attached. */
 corbot_robot* corbot_robot_open(const char* profile_path, const char* name, corbot_error* error);
-/* Saves the last position on disk for the next power-up from now on, and records every call that has a
- * caller, except the waits, in the audit log. Both are in `directory` (NULL: CORBOT_STATE_DIR, or below
+/* Saves the last position on disk for the next power-up from now on. Records every call that has a caller,
+ * except the waits, in the audit log. Both are in `directory` (NULL: CORBOT_STATE_DIR, or below
  * XDG_STATE_HOME or HOME). If that fails, no call fails; another thread calls `warn` (may be NULL). */
 void corbot_robot_keep_state(corbot_robot* robot, const char* directory, void (*warn)(const char* text));
 /* Wakes every waiting call (CORBOT_NOT_READY) and detaches. The task continues accepted motions for the
@@ -78,8 +78,9 @@ void corbot_robot_stops(const corbot_robot* robot, uint64_t* all, uint64_t* by_o
  * caller has disconnected. */
 corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* caller, const char* who,
                                    double lease_s, char key[CORBOT_KEY], corbot_error* error);
-/* Reads the key for corbot_caller from the octets in the called reference. Octets that cannot be a key (too
- * long, too short, or with a zero, where a C string would end) become "-", which is no valid key either. */
+/* Reads the key for corbot_caller from the octets in the called reference. Octets that cannot be a key become
+ * "-", which is no valid key either. Examples: too long, too short, or with a zero, where a C string would
+ * end. */
 void corbot_read_key(const void* octets, size_t length, char key[CORBOT_KEY]);
 /* Begins the lease anew. CORBOT_NOT_READY: the caller's key does not have control, or no longer. */
 corbot_status corbot_robot_renew(corbot_robot* robot, const corbot_caller* caller, corbot_error* error);

@@ -39,7 +39,7 @@ class MotionQueue {
 
   /// Plans from the position at which the arm will rest when the motion begins, and hands the motion over. A
   /// Stop that is counted after the request arrived ends the call at any point. `arrival`: number of stops
-  /// when the request arrived; 0: it arrives now. accept() calls `admit` after it has read the number of
+  /// when the request arrived; 0: it arrives now. The call uses `admit` after it has read the number of
   /// stops, and keeps the result until the hand-over. `wanted`: abort check until the hand-over.
   corbot_ticket accept(const MotionRequest& request, const PlanSettings& settings, std::uint64_t arrival,
                        const std::function<Control::Use()>& admit, const Wanted& wanted);
