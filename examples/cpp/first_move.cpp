@@ -7,7 +7,7 @@
 
 volatile std::sig_atomic_t interrupted = 0;
 
-// Prints an exception; each exception of the interface has its own members.
+// Each exception of the interface has members of its own.
 static void explain(const CORBA::Exception& error) {
   std::fprintf(stderr, "%s", error._name());
   if (const auto* far = Corbot::Unreachable::_downcast(&error)) {

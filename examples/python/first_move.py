@@ -16,7 +16,7 @@ interrupted = []
 
 
 def explain(error):
-    """Describes an exception; each exception of the interface has its own fields."""
+    """Each exception of the interface has fields of its own."""
     if isinstance(error, Corbot.LimitExceeded):
         joint = f' of joint {error.articulation}' if error.articulation >= 0 else ''
         limits = f'{error.lower:.4g} to {error.upper:.4g}'
