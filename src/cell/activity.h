@@ -14,34 +14,33 @@
 namespace corbot::cell {
 
 enum class Activity {
-  kIdle,             ///< before the work, after it, in a pause, or when a person is needed
-  kMoving,           ///< arm or gripper
+  kIdle,             ///< before and after the work, in a pause, or waiting for a person
+  kMoving,           ///< arm or gripper moves
   kWaitingForZone,   ///< another robot is in it
-  kLooking,          ///< at rest, for a picture
+  kLooking,          ///< at rest while the camera takes a picture
   kWaitingForPiece,  ///< there is no piece to take, or no free slot
 };
 
-/// From `time_s` on this is so for the robot, until its next change.
+/// A robot's activity from `time_s` until the robot's next change.
 struct ActivityChange {
   double time_s{};  ///< Unix epoch
   std::string robot;
   Activity activity{Activity::kIdle};
-  std::uint64_t piece{0};  ///< 0: it has none in work
-  std::string zone{};      ///< the shared place whose zone it is in
+  std::uint64_t piece{0};  ///< number of the piece in work; 0: none
+  std::string zone{};      ///< shared place whose zone the robot is in; empty: none
 
   bool operator==(const ActivityChange&) const = default;
 };
 
-/// One JSON object, without the end of the line.
+/// Returns one JSON object without a newline.
 [[nodiscard]] std::string to_line(const ActivityChange& change);
-/// Nothing where the line is cut or is none of to_line().
+/// Parses a line of to_line(). Returns nothing if the line is truncated or invalid.
 [[nodiscard]] std::optional<ActivityChange> parse_activity(std::string_view line);
-/// All changes of a record, by time. Lines that are none are left out. Empty where there is no such file.
+/// Returns all changes of a record by time. Skips invalid lines. Returns none if the file does not exist.
 [[nodiscard]] std::vector<ActivityChange> read_activity(const std::filesystem::path& file);
 
-/// Appends to a record, a line each. The work does not depend on it: a line that the disk does not take is
-/// left out.
-/// Any thread may call it.
+/// Appends one line for each change to a record. The work does not depend on the record: a line that cannot
+/// be written is lost. Any thread may call it.
 class ActivityRecord {
  public:
   explicit ActivityRecord(std::filesystem::path file) : file_(std::move(file)) {}

@@ -7,7 +7,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Normalised coordinates through the lens.
+/// Distorts normalised coordinates as the lens does.
 Vector2d distort(const Vector2d& p, const std::array<double, 5>& k) {
   const double x = p.x();
   const double y = p.y();
@@ -22,14 +22,14 @@ Eigen::Matrix2d distortion_slope(const Vector2d& p, const std::array<double, 5>&
   const double y = p.y();
   const double r2 = p.squaredNorm();
   const double radial = 1 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
-  const double slope = 2 * (k[0] + r2 * (2 * k[1] + 3 * r2 * k[4]));  // of radial, by r2 / 2
+  const double slope = 2 * (k[0] + r2 * (2 * k[1] + 3 * r2 * k[4]));  // derivative of `radial` by r2 / 2
   Eigen::Matrix2d j;
   j << radial + slope * x * x + 2 * k[2] * y + 6 * k[3] * x, slope * x * y + 2 * k[2] * x + 2 * k[3] * y,
       slope * x * y + 2 * k[2] * x + 2 * k[3] * y, radial + slope * y * y + 6 * k[2] * y + 2 * k[3] * x;
   return j;
 }
 
-/// Newton steps. They converge within a picture whose distortion is monotonous.
+/// Inverts distort() by Newton steps, which converge if the distortion is monotonic within the picture.
 Vector2d undistort(const Vector2d& seen, const std::array<double, 5>& k) {
   Vector2d p = seen;
   for (int i = 0; i < 20; ++i) {

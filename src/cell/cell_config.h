@@ -14,11 +14,13 @@
 #include "cell/frames.h"
 #include "config/profile.h"
 
-// The description of a cell, cell.toml, as all of its programs read it. Inside: metres, radians, seconds; the world frame, z vertical.
+// The description of a cell, cell.toml, that all programs of the cell read. Units are metres, radians and
+// seconds. Poses are in the world frame, whose z is vertical.
 
 namespace corbot::cell {
 
-/// Slots in rows; slot n is in column n % columns and row n / columns. Columns run along the place's x, rows along its y.
+/// Slots in rows. Slot n is in column n % columns and row n / columns. The column number rises along the
+/// place's x, the row number along its y.
 struct SlotGrid {
   int columns{};
   int rows{};
@@ -26,90 +28,90 @@ struct SlotGrid {
   [[nodiscard]] int count() const { return columns * rows; }
 };
 
-/// A piece whose foot is seen so far over a place's edge, or above or below its surface, still stands on it: a picture and a
-/// servo are not exact.
+/// The tolerance for a piece on a place: its foot may be seen so far beyond the edge, or above or below the
+/// surface. Pictures and servos are not exact.
 inline constexpr double kOnPlace_m = 0.015;
 
-/// `place`: an area, where pieces lie anywhere, or slots.
+/// The table `place`: an area, where a piece may stand anywhere, or slots.
 struct Place {
   std::string name;
-  UprightFrame frame;                     ///< its middle, on the surface
-  std::optional<Eigen::Vector2d> size_m;  ///< an area's
+  UprightFrame frame;                     ///< origin: middle of the place, on the surface
+  std::optional<Eigen::Vector2d> size_m;  ///< size of an area
   std::optional<SlotGrid> slots;
-  bool is_shared{false};  ///< several robots reach it; one at a time is in its zone
+  bool is_shared{false};  ///< several robots may use it; its zone admits one at a time
 
-  /// The middle of a slot, on the surface.
+  /// Returns the middle of a slot on the surface.
   [[nodiscard]] Eigen::Vector3d slot_position(int slot) const;
-  /// Whether a point is over it, `margin_m` beyond its edge included. Slots reach half a pitch beyond the outer ones.
+  /// Tells if a point is over the place, or at most `margin_m` beyond its edge. The edge of a place with
+  /// slots is half a pitch beyond the outer slots.
   [[nodiscard]] bool covers(const Eigen::Vector3d& point, double margin_m = 0) const;
-  /// Whether a piece with its foot there stands on it, within kOnPlace_m of its edge and of its surface.
+  /// Tells if a piece with that foot stands on the place, with the tolerance kOnPlace_m.
   [[nodiscard]] bool carries(const Eigen::Vector3d& foot) const;
-  /// Half of its extent along its own x and y.
+  /// Returns half of the extent along the place's own x and y.
   [[nodiscard]] Eigen::Vector2d half_size_m() const;
 };
 
-/// `robot`.
+/// The table `robot`.
 struct CellRobot {
   std::string name;
-  std::filesystem::path profile;  ///< of a robot that the cell starts; empty: it runs elsewhere
-  std::string reference;          ///< of one that runs elsewhere: corbaloc or corbaname
-  std::filesystem::path
-      scene_profile;           ///< of such a robot: its arm and controller in the simulation; may be empty
-  std::string orb{"omniorb"};  ///< or "orbit2"
-  UprightFrame frame;          ///< in which its Move takes points
-  std::string from;            ///< the places that it takes from and brings to
-  std::string to;
-  Eigen::Vector3d wait_m{};   ///< the tool waits here: out of every zone, over no place
-  double above_m{0.06};       ///< it approaches from so far above
-  double approach_m_s{0.25};  ///< speed of the way down and up
-  double speed_percent{100};  ///< of its profile's, (0, 100]
-  double settle_s{0.1};       ///< at rest before the gripper closes or opens
-  double opening_m{0.032};    ///< between the open fingers
+  std::filesystem::path profile;        ///< profile of a robot that the cell starts; empty: it runs elsewhere
+  std::string reference;                ///< of a robot that runs elsewhere: corbaloc or corbaname
+  std::filesystem::path scene_profile;  ///< simulated arm and controller of a robot elsewhere; may be empty
+  std::string orb{"omniorb"};           ///< or "orbit2"
+  UprightFrame frame;                   ///< frame of the points of its Move
+  std::string from;                     ///< name of the place from which it takes
+  std::string to;                       ///< name of the place to which it brings
+  Eigen::Vector3d wait_m{};             ///< wait position of the tool: outside of every zone and place
+  double above_m{0.06};                 ///< height of the approach above a point
+  double approach_m_s{0.25};            ///< speed of the way down and up
+  double speed_percent{100};            ///< percent of the profile's speed, (0, 100]
+  double settle_s{0.1};                 ///< rest before the gripper moves
+  double opening_m{0.032};              ///< distance between the open fingers
 
-  /// Of the arm that the scene simulates; empty: none.
+  /// Returns the profile of the arm that the scene simulates; empty: none.
   [[nodiscard]] const std::filesystem::path& simulated_profile() const {
     return profile.empty() ? scene_profile : profile;
   }
 };
 
-/// `kind`: pieces are upright cylinders with a coloured label on top.
+/// The table `kind`: pieces are upright cylinders with a coloured label on top.
 struct Kind {
   std::string name;
   std::array<double, 2>
-      hue_deg{};  ///< from the first upward to the second, through 0 where that is smaller; 0 to 360
+      hue_deg{};  ///< 0 to 360, from the first up to the second; passes 0 if the second is smaller
   double saturation_min{0.45};  ///< 0 … 1
   double value_min{0.25};       ///< 0 … 1
-  double label_m{};             ///< diameter of the label
+  double label_m{};             ///< label's diameter
   double diameter_m{};
   double height_m{};
-  double grasp_m{};  ///< of the tool centre point over the foot
+  double grasp_m{};  ///< height of the tool centre point over the foot
 };
 
-/// `timing`.
+/// The table `timing`.
 struct Timing {
-  double look_s{5};     ///< for one look of the camera
-  double motion_s{60};  ///< for one motion
-  int attempts{3};      ///< failed picks in a row that end the work
+  double look_s{5};     ///< time-out of one look of the camera
+  double motion_s{60};  ///< time-out of one motion
+  int attempts{3};      ///< consecutive failed picks that end the work
 };
 
-/// `scene`: simulation only.
+/// The table `scene`, for simulation only.
 struct SceneOptions {
   int pieces{12};
   std::uint64_t seed{1};
-  double noise{4};     ///< of a picture's values, 1 sigma, of 255
+  double noise{4};     ///< noise of a picture's values, 1 sigma, of 255
   CameraModel lens{};  ///< the true camera
 };
 
 struct CellConfig {
   std::string name;
   std::string host{"127.0.0.1"};
-  int ports{};  ///< the first one; see the functions below
+  int ports{};  ///< first port; the functions below return the others
   std::filesystem::path state_directory;
-  std::filesystem::path ledger;        ///< of the store that the cell starts
-  std::string store_reference;         ///< of one that runs elsewhere; empty: here
-  std::string camera_reference;        ///< the same of the camera
-  std::string coordinator_reference;   ///< and of the coordinator
-  std::string camera_source{"scene"};  ///< the only one so far
+  std::filesystem::path ledger;        ///< ledger of the store that the cell starts
+  std::string store_reference;         ///< of a store that runs elsewhere; empty: this cell starts the store
+  std::string camera_reference;        ///< of a camera that runs elsewhere
+  std::string coordinator_reference;   ///< of a coordinator that runs elsewhere
+  std::string camera_source{"scene"};  ///< the only source
   CameraModel camera;
   std::vector<Place> places;
   std::vector<CellRobot> robots;
@@ -120,13 +122,13 @@ struct CellConfig {
   [[nodiscard]] const Place* place(const std::string& name) const;
   [[nodiscard]] const CellRobot* robot(const std::string& name) const;
   [[nodiscard]] const Kind* kind(const std::string& name) const;
-  /// The key of one of its places or robots in cell.toml: "place[2]".
+  /// Returns the key of a place or robot in cell.toml: "place[2]".
   [[nodiscard]] std::string key_of(const Place& place) const;
   [[nodiscard]] std::string key_of(const CellRobot& robot) const;
-  /// A place to which a robot brings, and from which none takes: pieces that arrive there are done.
+  /// Tells if a robot brings pieces to the place and no robot takes them: they are finished there.
   [[nodiscard]] bool is_last(const Place& place) const;
 
-  /// How a client reaches them: a corbaloc, or the reference that the file names.
+  /// Return the reference for clients: a corbaloc, or the reference in the file.
   [[nodiscard]] std::string store_uri() const;
   [[nodiscard]] std::string camera_uri() const;
   [[nodiscard]] std::string coordinator_uri() const;
@@ -134,36 +136,36 @@ struct CellConfig {
   [[nodiscard]] int store_port() const { return ports; }
   [[nodiscard]] int camera_port() const { return ports + 1; }
   [[nodiscard]] int coordinator_port() const { return ports + 2; }
-  /// Robots with a profile have the ports from ports + 3 on, in their order.
+  /// Returns the port of a robot with a profile: ports + 3 for the first, and then in their order.
   [[nodiscard]] int robot_port(const CellRobot& robot) const;
-  /// A name on this machine that no robot of another cell has: CELL-ROBOT.
+  /// Returns the robot's name on this machine, unique among cells: CELL-ROBOT.
   [[nodiscard]] std::string robot_name(const CellRobot& robot) const { return name + "-" + robot.name; }
-  /// Unix sockets of the scene: a servo controller's line, and the picture.
+  /// Return the scene's Unix sockets: a servo controller's serial line, and the picture.
   [[nodiscard]] std::filesystem::path servo_socket(const CellRobot& robot) const;
   [[nodiscard]] std::filesystem::path picture_socket() const { return state_directory / "picture.sock"; }
-  /// Where the coordinator keeps a Pause and a Stop; empty without a directory.
+  /// Returns the file in which the coordinator keeps Pause and Stop; empty without a directory.
   [[nodiscard]] std::filesystem::path hold_file() const {
     return state_directory.empty() ? state_directory : state_directory / "hold";
   }
-  /// What each robot does, a line for each change: activity.h.
+  /// Returns the record of the robots' activities: see activity.h.
   [[nodiscard]] std::filesystem::path activity_file() const { return state_directory / "activity.jsonl"; }
 };
 
-/// Object keys of the cell's own objects.
+/// Object keys of the cell's objects.
 inline constexpr const char* kStoreKey = "Store";
 inline constexpr const char* kCameraKey = "Camera";
 inline constexpr const char* kCoordinatorKey = "Coordinator";
 
-/// In place of what the file says.
+/// Command-line values that replace the file's values.
 struct CellOverrides {
   std::optional<std::string> name;
   std::optional<int> ports;
-  std::filesystem::path state_directory;  ///< empty: cells/NAME below corbot's own
+  std::filesystem::path state_directory;  ///< empty: cells/NAME in corbot's own state directory
   std::optional<int> pieces;
   std::optional<std::uint64_t> seed;
 };
 
-/// Reads and checks a cell. Throws ConfigError with all faults: line, key, value and what is allowed.
+/// Reads and checks a cell. Throws ConfigError with all faults: line, key, value and allowed values.
 [[nodiscard]] CellConfig load_cell(const std::filesystem::path& file, const CellOverrides& overrides = {});
 
 }  // namespace corbot::cell

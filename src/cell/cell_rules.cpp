@@ -12,9 +12,9 @@ using Eigen::Vector2d;
 
 namespace {
 
-/// Between the rims of two pieces: an open finger and some play fit.
+/// The distance between the rims of two pieces, for an open finger and its clearance.
 constexpr double kRimSpacing_m = 0.016;
-/// From a piece's rim to the edge of the area.
+/// The distance from a piece's rim to the edge of the area.
 constexpr double kEdge_m = 0.002;
 
 bool has_hue(const Kind& kind, double hue_deg) {
@@ -43,7 +43,7 @@ bool is_word_of_scene(std::string_view name) {
 
 bool share_hue(const Kind& a, const Kind& b) { return has_hue(a, b.hue_deg[0]) || has_hue(b, a.hue_deg[0]); }
 
-/// Two rectangles are apart where an axis of one of them separates their corners.
+/// Two rectangles are apart if an axis of one of them separates their corners.
 bool overlap(const Place& a, const Place& b) {
   const auto corners_seen_from = [](const Place& from, const Place& place) {
     Eigen::AlignedBox2d box;
@@ -108,7 +108,8 @@ std::string unseen_places(const CellConfig& cell) {
 
 int PieceRoom::most() const {
   if (inside_m.minCoeff() < 0) return 0;
-  const Vector2d cells = (inside_m / spacing_m).array().floor() + 1;  // sim::scatter gives each piece one
+  const Vector2d cells =
+      (inside_m / spacing_m).array().floor() + 1;  // sim::scatter puts each piece into one cell
   return static_cast<int>(std::min(cells.prod(), 1e6));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads cell.toml: every fault at once, each with its line, key, value and what is allowed.
+// Reads cell.toml. Reports all faults at once, each with line, key, value and allowed values.
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMost = 16;  // places, robots; the sequences of the IDL
+constexpr std::size_t kMost = 16;  // places, and robots: bounds of the IDL's sequences
 constexpr int kMostSlots = 1000;
 constexpr double kLeastPitch_m = 0.04;
 constexpr double kLeastApproachClearance_m = 0.01;
@@ -231,7 +231,7 @@ class Reader {
     return uri.value_or("");
   }
 
-  /// It is written into the robots' profiles, and sockets are in it.
+  /// Checks the directory's path, which is part of the robots' profiles and of socket paths.
   void check_state_directory() {
     const std::string directory = cell_.state_directory.string();
     if (has_special_character(directory))
@@ -278,7 +278,7 @@ class Reader {
     }
   }
 
-  /// Two robots at one place must be kept apart by its zone.
+  /// Two robots may use one place only if the place is shared, so that its zone keeps them apart.
   void use_places(const Section& section, const CellRobot& robot) {
     for (const auto& [key, name] : {std::pair{"from", robot.from}, {"to", robot.to}}) {
       const Place* place = cell_.place(name);
@@ -295,7 +295,7 @@ class Reader {
     int last = cell_.ports + 2;
     for (const CellRobot& robot : cell_.robots) last += robot.profile.empty() ? 0 : 1;
     if (cell_.ports >= 1024 && last <= 65535) return;
-    if (cell_.ports == 0) return;  // reported
+    if (cell_.ports == 0) return;  // the fault is reported already
     const bool is_option = overrides_.ports.has_value();
     faults_.add(is_option ? 0 : ports_line_, is_option ? "--ports" : "cell.ports",
                 std::to_string(cell_.ports),
@@ -344,7 +344,7 @@ class Reader {
     return {};
   }
 
-  /// Rules that only a description without other faults can break.
+  /// Checks the rules that need a description without other faults.
   void check_world() {
     if (cell_.camera_reference.empty()) {
       if (const std::string names = unseen_places(cell_); !names.empty())

@@ -4,7 +4,7 @@
 #include <omniORB4/CORBA.h>
 #include <omniORB4/omniInterceptors.h>
 
-// These need each other in this order.
+// The ORB's headers need this order.
 #include <omniORB4/internal/giopStream.h>
 
 #include <omniORB4/internal/giopStrand.h>
@@ -20,7 +20,7 @@ namespace corbot::cell {
 namespace {
 
 constexpr corbot_connection kNone{-1, 0};
-/// The call that this thread carries out came by this connection.
+/// The connection of the call that this thread carries out.
 thread_local corbot_connection connection = kNone;
 
 void end_call() { corbot_connection_end_call(std::exchange(connection, kNone)); }
@@ -30,7 +30,7 @@ CORBA::Boolean begin(omni::omniInterceptors::serverReceiveRequest_T::info_T& inf
   const auto* const tcp = dynamic_cast<const omni::tcpConnection*>(info.giop_s.strand().connection);
   if (tcp == nullptr) return true;
   const corbot_connection used = corbot_connection_used(tcp->handle());
-  // The client was told that nothing is carried out by this connection any more.
+  // The server has closed this connection for calls, and the client knows it.
   if (!corbot_connection_begin_call(used)) throw CORBA::TRANSIENT(0, CORBA::COMPLETED_NO);
   connection = used;
   return true;

@@ -3,8 +3,8 @@
 
 namespace corbot::cell {
 
-/// Notes on each connection of net/connections.h the calls that the ORB carries out: a connection with a call is not idle. Call
-/// this after ORB_init.
+/// Counts the ORB's calls on each connection of net/connections.h: a connection with a call is not idle. Call
+/// it after ORB_init.
 void count_calls();
 
 }  // namespace corbot::cell

@@ -5,10 +5,10 @@
 
 namespace corbot::cell {
 
-/// A frame whose z is vertical, as places and robots have it: p_world = position + Rz(yaw) p_local.
+/// The frame of a place or robot, whose z is vertical: p_world = position + Rz(yaw) p_local.
 struct UprightFrame {
-  Eigen::Vector3d position_m{Eigen::Vector3d::Zero()};  ///< in the world
-  double yaw_rad{0};                                    ///< about z
+  Eigen::Vector3d position_m{Eigen::Vector3d::Zero()};  ///< origin, world
+  double yaw_rad{0};                                    ///< rotation about z
 
   [[nodiscard]] Eigen::Vector3d to_world(const Eigen::Vector3d& local) const {
     return position_m + Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) * local;

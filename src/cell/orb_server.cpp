@@ -34,12 +34,12 @@ OrbServer::OrbServer(const std::string& host, const std::vector<int>& ports, std
     words.push_back(value);
   };
   for (const int port : ports) add("endPoint", "giop:tcp:" + net::endpoint_text(host, port));
-  add("threadPerConnectionPolicy", "1");  // calls wait, and a pool would be used up by them
+  add("threadPerConnectionPolicy", "1");  // waiting calls would exhaust a thread pool
   add("maxServerThreadPerConnection", "32");
-  add("maxGIOPConnectionPerServer", "20");  // a client's calls that wait block none of its others
+  add("maxGIOPConnectionPerServer", "20");  // a client's waiting calls do not block its other calls
   add("giopMaxMsgSize", std::to_string(most_bytes));
   add("scanGranularity", "5");
-  add("inConScanPeriod", "180");  // half-open connections go
+  add("inConScanPeriod", "180");  // closes half-open connections
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   int argc = static_cast<int>(argv.size());

@@ -8,23 +8,23 @@
 
 namespace corbot::cell {
 
-/// The ORB of a cell's program: its objects have fixed keys at each of its ports, so `corbaloc::HOST:PORT/KEY` finds them. One a
-/// process.
+/// The ORB of a cell's program. Its objects have fixed keys at each port, so `corbaloc::HOST:PORT/KEY` finds
+/// them. A process has at most one.
 class OrbServer {
  public:
-  /// Listens at one port or more. Throws client::Failure, kInternal, where one is in use. No message has more
-  /// than `most_bytes`.
+  /// Listens at one or more ports. Throws client::Failure, kInternal, if a port is in use. `most_bytes` is
+  /// the largest message.
   OrbServer(const std::string& host, const std::vector<int>& ports, std::size_t most_bytes = 262'144);
   OrbServer(const OrbServer&) = delete;
   OrbServer& operator=(const OrbServer&) = delete;
-  /// Ends the ORB; calls under way are waited for.
+  /// Shuts the ORB down, and waits for calls in progress.
   ~OrbServer();
 
   [[nodiscard]] CORBA::ORB_ptr orb() const { return orb_.in(); }
-  /// `servant` must outlive the ORB. Requests come once serve() is called.
+  /// Registers an object. `servant` must outlive the ORB. Its calls start with serve().
   void activate(const std::string& key, PortableServer::Servant servant);
-  /// From now on calls are carried out. Prints "ready CORBALOC" of `key` at the first port, and reports READY=1 and WATCHDOG=1 until SIGINT, SIGTERM
-  /// or SIGHUP, which are blocked in all threads (run_program), asks for the end.
+  /// Carries out calls until SIGINT, SIGTERM or SIGHUP; all threads block these signals (run_program). Prints
+  /// "ready CORBALOC" of `key` at the first port, and reports READY=1 and WATCHDOG=1.
   void serve(const std::string& key);
 
  private:
@@ -33,10 +33,10 @@ class OrbServer {
   PortableServer::POA_var poa_;
 };
 
-/// Throws client::Failure, kInternal, where no server can listen there now.
+/// Throws client::Failure, kInternal, if a server cannot listen at the address now.
 void check_listen(const std::string& host, int port);
 
-/// A reference that is checked by its first call, not now: the order of starts does not matter.
+/// Returns a reference unchecked: its first call connects. Programs may therefore start in any order.
 template <class Interface>
 typename Interface::_ptr_type reference_to(CORBA::ORB_ptr orb, const std::string& uri) {
   const CORBA::Object_var object = orb->string_to_object(uri.c_str());

@@ -32,7 +32,7 @@ sigset_t end_signals() {
 
 int fail(const Program& program, const std::string& text, ExitCode code) {
   const std::string line = fmt::format("{}: {}\n", program.name, text);
-  (void)std::fputs(line.c_str(), stderr);  // fmt::print would throw where it is full
+  (void)std::fputs(line.c_str(), stderr);  // fmt::print would throw on a full disk
   return static_cast<int>(code);
 }
 
@@ -104,9 +104,9 @@ void check_robot(const CellConfig& cell, const char* option, const std::string& 
 
 int run_program(int argc, char** argv, const Program& program) {
   const sigset_t signals = end_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread is started: all of them inherit it
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread starts, since threads inherit the mask
   signal(SIGPIPE, SIG_IGN);
-  signal(SIGXFSZ, SIG_IGN);  // a limit of files is reported as a full disk is
+  signal(SIGXFSZ, SIG_IGN);  // a file size limit then is an error of write, as a full disk is
   CLI::App app{program.about, program.name};
   CellOptions options;
   options.add_to(app);

@@ -7,41 +7,42 @@
 
 #include "cell/cell_config.h"
 
-// All programs of a cell share this around their work: command line, cell.toml, log, signals, exit status.
+// The common part of a cell's programs: command line, cell.toml, log, signals, exit status.
 
 namespace corbot::cell {
 
-/// CELL and the options that override it, of all programs of a cell.
+/// The argument CELL, and the options that override values of cell.toml.
 struct CellOptions {
   std::filesystem::path file;
   CellOverrides overrides;
-  void add_file_to(CLI::App& app);  ///< CELL alone
+  void add_file_to(CLI::App& app);  ///< adds CELL alone
   void add_to(CLI::App& app);
-  void add_address_to(CLI::App& app);  ///< what a client of a cell that runs needs
+  void add_address_to(CLI::App& app);  ///< adds the options for a client of a running cell
 };
 
-/// The same options as words of a command line.
+/// Returns the options as command-line arguments.
 [[nodiscard]] std::vector<std::string> words_of(const CellOptions& options);
 
 struct Program {
   const char* name;   ///< "corbot-store"
-  const char* about;  ///< for --help
+  const char* about;  ///< description for --help
   std::function<void(CLI::App&)> add_options{};
   std::function<void(const CellConfig&)> run;
 };
 
-/// Throws client::Failure, kUsage, where the cell has no robot of the name that this option was given.
+/// Throws client::Failure, kUsage, if the cell has no robot `name`, the value of `option`.
 void check_robot(const CellConfig& cell, const char* option, const std::string& name);
 
-/// main() of a program: blocks the signals that ask for the end, reads command line and cell, makes the state directory, mode 0700,
-/// and returns the exit status of docs/cli.md; what went wrong is on standard error.
+/// Implements main() of a program. Blocks the signals that end the program. Reads command line and cell.
+/// Makes the state directory with mode 0700. Returns the exit status of docs/cli.md, and prints errors on
+/// standard error.
 [[nodiscard]] int run_program(int argc, char** argv, const Program& program);
 
-/// Prints `ready_line`, reports READY=1 and WATCHDOG=1, and returns when a signal asks for the end.
+/// Prints `ready_line`, reports READY=1 and WATCHDOG=1, and returns at a signal that ends the program.
 void run_until_signal(const std::string& ready_line);
 
-/// Makes it with mode 0700 where it is not there. Throws client::Failure, also where it is no directory of this user or others
-/// have access.
+/// Makes the directory with mode 0700 if it does not exist. Throws client::Failure on an error, if it belongs
+/// to another user, or if others have access.
 void make_private_directory(const std::filesystem::path& directory);
 
 }  // namespace corbot::cell

@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 using nlohmann::json;
 
-/// The last line of a record that is cut.
+/// The last line of a truncated record.
 constexpr const char* kCut = "{\"cut\":true}\n";
 
 double rounded(double value) { return std::round(value * 1e4) / 1e4; }
@@ -48,7 +48,7 @@ json to_json(std::size_t number, const RecordedPiece& piece) {
   return object;
 }
 
-/// Those that differ from the ones before.
+/// Returns the elements that differ from the previous sample's.
 template <class T>
 json changes(const std::vector<T>& from, const std::vector<T>& to) {
   json list = json::array();

@@ -10,17 +10,17 @@
 
 #include <Eigen/Core>
 
-// The record of a simulated run: where arms and pieces were. corbot-scene writes it, and pictures for
-// people come from it. It is text, a JSON object a line. The first line names arms and pieces. Each later
-// one has its time and what has changed since the line before. Lengths are rounded to 0.1 mm. World frame,
-// metres, radians, seconds.
+// The record of a simulated run: positions of arms and pieces over time. corbot-scene writes the record, and
+// pictures for people are made from it. Each line of the text is a JSON object. The first line names arms and
+// pieces. Each later line has its time and the changes since the previous line. Lengths are rounded to 0.1
+// mm. World frame, metres, radians, seconds.
 
 namespace corbot::cell {
 
 struct RecordedArm {
   std::vector<Eigen::Vector3d> points_m;  ///< ends of the links, from the base to the tool centre point
-  double opening_m{};                     ///< between the fingers
-  double across_rad{};                    ///< direction, from above, in which the fingers close
+  double opening_m{};                     ///< distance between the fingers
+  double across_rad{};                    ///< direction in which the fingers close, seen from above
   bool operator==(const RecordedArm&) const = default;
 };
 
@@ -37,14 +37,14 @@ struct SceneSample {
   std::vector<RecordedPiece> pieces;
 };
 
-/// What does not change during a run.
+/// The arms and pieces of a run, which do not change.
 struct SceneCast {
   struct Arm {
     std::string name;
-    std::vector<double> radii_m;  ///< of its links
+    std::vector<double> radii_m;  ///< radii of the links
   };
   std::vector<Arm> arms;
-  std::vector<std::string> kinds;  ///< of each piece
+  std::vector<std::string> kinds;  ///< kind of each piece
 };
 
 struct SceneRecord {
@@ -53,22 +53,22 @@ struct SceneRecord {
   bool is_cut{false};  ///< the run went on after the last sample
 };
 
-/// Below the state directory of a cell.
+/// Returns the record's path in the state directory of a cell.
 [[nodiscard]] inline std::filesystem::path scene_record_file(const std::filesystem::path& state_directory) {
   return state_directory / "scene.record";
 }
 
-/// Makes the text of a record, line by line. It ends before `limit_bytes`, and its last line says so.
+/// Makes the text of a record, line by line. A text that reaches `limit_bytes` ends with a line that says so.
 class SceneRecordText {
  public:
-  /// 20 minutes and more of two arms that always move.
+  /// The limit holds at least 20 minutes of two arms that always move.
   static constexpr std::size_t kLimit_bytes = 16'000'000;
   explicit SceneRecordText(std::size_t limit_bytes = kLimit_bytes) : limit_bytes_(limit_bytes) {}
 
   [[nodiscard]] std::string begin(const SceneCast& cast);
-  /// The lines to append; empty where nothing has changed, and after the end of the record.
+  /// Returns the lines to append; empty if nothing has changed, and after the end of the record.
   [[nodiscard]] std::string add(SceneSample sample);
-  /// The time of the last sample, where nothing has changed since the last line.
+  /// Returns the last sample's time as a line if nothing has changed since the previous line.
   [[nodiscard]] std::string end();
 
  private:
@@ -77,12 +77,12 @@ class SceneRecordText {
   std::size_t limit_bytes_;
   std::size_t bytes_{0};
   bool is_cut_{false};
-  std::optional<double> unwritten_s_;  ///< a sample at which nothing had changed
+  std::optional<double> unwritten_s_;  ///< time of the last sample, without a change
   SceneSample last_;
 };
 
-/// Every sample is complete. Reads up to a line that is not whole, as a killed scene leaves it. Throws
-/// client::Failure where the text is no record.
+/// Reads a record into complete samples. Stops at a truncated line, which a killed scene may leave. Throws
+/// client::Failure if the text is not a record.
 [[nodiscard]] SceneRecord read_scene_record(std::istream& text);
 
 }  // namespace corbot::cell

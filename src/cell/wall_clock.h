@@ -5,7 +5,7 @@
 
 namespace corbot::cell {
 
-/// Seconds since the Unix epoch, as the interface has all times.
+/// Returns seconds since the Unix epoch, the unit of all times of the interface.
 [[nodiscard]] inline double now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }

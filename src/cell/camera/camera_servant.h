@@ -12,17 +12,17 @@
 
 namespace corbot::cell {
 
-/// The object Camera of a cell. Calls come from several threads; they take their pictures one after another.
+/// Implements the object Camera of a cell. Several threads may call it; a mutex serialises the pictures.
 class CameraServant : public POA_Corbot::Camera {
  public:
-  /// `cell` must outlive it. Throws ConfigError where the picture does not show a whole place.
+  /// `cell` must outlive the servant. Throws ConfigError if the picture does not show every place whole.
   explicit CameraServant(const CellConfig& cell);
 
   Corbot::Frame* Look(CORBA::Double timeout) override;
   Corbot::Jpeg* Picture(CORBA::Boolean marked) override;
 
  private:
-  /// A picture that was examined, and what was found in it.
+  /// A picture and the pieces that the detector found in it.
   struct Examined {
     std::vector<std::uint8_t> bgr;
     std::vector<Detection> found;
@@ -30,11 +30,11 @@ class CameraServant : public POA_Corbot::Camera {
 
   const CellConfig& cell_;
   Detector detector_;
-  std::timed_mutex mutex_;  ///< guards what follows
+  std::timed_mutex mutex_;  ///< guards source_ and number_
   SceneSource source_;
   std::uint64_t number_{0};
 
-  std::mutex last_mutex_;  ///< guards what follows; a look may take long, and a picture does not wait for it
+  std::mutex last_mutex_;  ///< guards last_ alone, so Picture does not wait for a long Look
   std::shared_ptr<const Examined> last_;
 };
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot-camera: the object Camera of a cell. With --drive it also does the work of one robot, without a coordinator's process.
+// corbot-camera serves the object Camera of a cell. With --drive it also does the work of one robot, so that
+// no coordinator process is necessary.
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,8 +18,8 @@ namespace corbot::cell {
 namespace {
 
 struct Drive {
-  std::optional<std::string> robot{};  ///< whose work is done; nothing: none
-  bool has_own_store{false};           ///< the ledger is in this process, and ends with it
+  std::optional<std::string> robot{};  ///< robot whose work the process does; nothing: none
+  bool has_own_store{false};           ///< the ledger is in this process's memory
 };
 
 void check(const CellConfig& cell, const Drive& drive) {
@@ -29,7 +30,7 @@ void check(const CellConfig& cell, const Drive& drive) {
         "--no-store: the cell's store runs elsewhere, as store.reference says: leave out option or key");
 }
 
-/// Those of the objects that this process serves. The camera's is the first.
+/// Returns the ports of the objects that this process serves, the camera's first.
 std::vector<int> ports(const CellConfig& cell, const Drive& drive) {
   std::vector<int> all{cell.camera_port()};
   if (drive.robot && cell.coordinator_reference.empty()) all.push_back(cell.coordinator_port());
@@ -37,14 +38,14 @@ std::vector<int> ports(const CellConfig& cell, const Drive& drive) {
   return all;
 }
 
-/// The robot's worker reaches camera and store by the cell's references, also where they are in this process: the ORB
-/// calls those objects directly.
+/// Serves the objects until a signal. The robot's worker calls camera and store by the cell's references,
+/// even if they are in this process: the ORB then calls the objects directly.
 void run(const CellConfig& cell, const Drive& drive) {
   check(cell, drive);
   CameraServant camera(cell);
   std::optional<Ledger> ledger;
   std::optional<StoreServant> store;
-  std::optional<CoordinatorServant> coordinator;  // these outlive the ORB
+  std::optional<CoordinatorServant> coordinator;  // servants outlive the ORB
   OrbServer server(cell.host, ports(cell, drive), kMostJpegBytes + 4096);
   server.activate(kCameraKey, &camera);
   if (drive.has_own_store) {
@@ -60,7 +61,7 @@ void run(const CellConfig& cell, const Drive& drive) {
   }
   server.serve(kCameraKey);
   if (coordinator) coordinator->end();
-  if (ledger) ledger->end_waiting();  // the end of the ORB waits for calls
+  if (ledger) ledger->end_waiting();  // the ORB's shutdown waits for calls
 }
 
 }  // namespace

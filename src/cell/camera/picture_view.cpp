@@ -15,18 +15,18 @@
 namespace corbot::cell {
 namespace {
 
-constexpr int kCorners = 48;  // of an outline
+constexpr int kCorners = 48;  // corners of an outline
 constexpr double kLetters = 0.33;
 constexpr int kRow_px = 13;
 
-/// Light on dark: on every ground one of the two is seen.
+/// Draws light text with a dark edge, which is legible on every background.
 void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& at) {
   for (const auto& [colour, width] :
        {std::pair{cv::Scalar(0, 0, 0), 3}, std::pair{cv::Scalar(255, 255, 255), 1}})
     cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, kLetters, colour, width, cv::LINE_AA);
 }
 
-/// The edge of a label, as the camera has it in the picture. Empty where a part is not ahead of the camera.
+/// Returns the edge of a label in the picture. Empty if a part of the edge is behind the camera.
 std::vector<cv::Point> outline_of(const CameraModel& camera, const Kind& kind, const Eigen::Vector3d& foot) {
   std::vector<cv::Point> outline;
   for (int i = 0; i < kCorners; ++i) {
@@ -41,7 +41,8 @@ std::vector<cv::Point> outline_of(const CameraModel& camera, const Kind& kind, c
   return outline;
 }
 
-/// Below the outline, or above it where the picture ends. Narrow, so that pieces in slots keep theirs apart.
+/// Draws kind and position below the outline, or above at the picture's edge. Labels of adjacent slots stay
+/// apart.
 void draw_label(cv::Mat& picture, const Detection& piece, const cv::Rect& box) {
   const std::array<std::string, 2> rows{
       piece.kind, fmt::format("{:.0f},{:.0f}", 1e3 * piece.position_m.x(), 1e3 * piece.position_m.y())};
@@ -66,7 +67,8 @@ void mark(std::span<std::uint8_t> bgr, const CellConfig& cell, const std::vector
     const std::vector<cv::Point> outline = outline_of(cell.camera, *kind, piece.position_m);
     if (outline.empty()) continue;
     cv::polylines(picture, outline, true, cv::Scalar(0, 0, 0), 4, cv::LINE_AA);
-    cv::polylines(picture, outline, true, cv::Scalar(255, 255, 0), 2, cv::LINE_AA);  // cyan: no label has it
+    cv::polylines(picture, outline, true, cv::Scalar(255, 255, 0), 2,
+                  cv::LINE_AA);  // cyan, which no label has
     draw_label(picture, piece, cv::boundingRect(outline));
   }
   if (!found.empty()) draw_text(picture, "x,y in mm", {10, 20});

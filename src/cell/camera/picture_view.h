@@ -7,19 +7,19 @@
 
 #include "cell/camera/detector.h"
 
-// A picture of the camera as people look at it.
+// Camera pictures for people.
 
 namespace corbot::cell {
 
-/// The most bytes of a picture: of `Jpeg` in idl/cell.idl.
+/// The largest JPEG file: the bound of `Jpeg` in idl/cell.idl.
 inline constexpr std::size_t kMostJpegBytes = 1'048'576;
 
-/// Draws into a picture, whose size is the camera's, what was found in it: the outline of each piece's label,
-/// its kind, and its position in millimetres. Rows of pixels, three bytes each: blue, green, red.
+/// Draws the found pieces into a picture of the camera's size: the outline of each label, the kind, and the
+/// position in millimetres. A pixel has three bytes: blue, green, red.
 void mark(std::span<std::uint8_t> bgr, const CellConfig& cell, const std::vector<Detection>& found);
 
-/// The picture as a JPEG file of at most kMostJpegBytes; one of many details has a lower quality. Throws
-/// std::runtime_error where libjpeg-turbo refuses, or where no quality is low enough.
+/// Returns the picture as a JPEG file of at most kMostJpegBytes; a large file gets a lower quality. Throws
+/// std::runtime_error if libjpeg-turbo fails, or if no quality gives a small enough file.
 [[nodiscard]] std::vector<std::uint8_t> to_jpeg(std::span<const std::uint8_t> bgr,
                                                 std::array<int, 2> size_px);
 

@@ -62,7 +62,7 @@ class Connection {
     address.sun_family = AF_UNIX;
     if (name_.size() >= sizeof(address.sun_path)) fail("the path of a socket has at most 107 bytes");
     name_.copy(address.sun_path, name_.size());
-    // Limits connect() as well, which waits while the peer accepts nothing.
+    // The time-out also limits connect(), which blocks while the peer's queue is full.
     const auto left = std::chrono::duration_cast<std::chrono::microseconds>(deadline_ - Clock::now()).count();
     if (left <= 0) fail_late();
     const timeval most{left / 1'000'000, left % 1'000'000};
@@ -72,7 +72,7 @@ class Connection {
     fail(std::strerror(errno));
   }
 
-  /// Until there is something to read.
+  /// Waits until the connection is readable.
   void wait() {
     for (;;) {
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
@@ -91,7 +91,7 @@ class Connection {
   int fd_;
 };
 
-/// Why it is no header of a picture that was asked for at `asked_s`; empty where it is one.
+/// Returns why the header is invalid for a picture triggered at `asked_s`; empty if it is valid.
 std::string fault_of(const PictureHeader& header, std::array<int, 2> size_px, double asked_s) {
   if (header.magic != PictureHeader::kMagic)
     return fmt::format("no picture: it begins with {:#010x}, not {:#010x}", header.magic,

@@ -11,7 +11,7 @@
 
 namespace corbot::cell {
 
-/// No picture. The text names the source and what is wrong.
+/// The source gave no picture. The text names the source and the cause.
 class SourceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -23,17 +23,17 @@ struct SourcePicture {
   std::span<const std::uint8_t> bgr;  ///< rows of pixels; valid until the next picture is taken
 };
 
-/// Takes pictures of the scene at its Unix socket: picture_wire.h. Each picture has a connection of its own, so no
-/// late or cut reply of an earlier one is in its way. Not thread-safe.
+/// Takes pictures of the scene at its Unix socket, by the protocol of picture_wire.h. Each picture uses a new
+/// connection, so a late or truncated reply cannot belong to a previous picture. Not thread-safe.
 class SceneSource {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// Pictures of another size, columns and rows, are refused. Connects to nothing yet.
+  /// Sets the only accepted size: columns and rows. Does not connect yet.
   SceneSource(std::filesystem::path socket, std::array<int, 2> size_px);
 
-  /// Triggers a picture and waits for it. Throws SourceError: nothing listens, nothing came before the deadline,
-  /// the reply is cut, or it is no picture of the right size that began after the trigger.
+  /// Triggers a picture and waits for it. Throws SourceError if nothing listens, or if the deadline passes.
+  /// Also throws if the reply is truncated, has the wrong size, or was exposed before the trigger.
   [[nodiscard]] SourcePicture take(Clock::time_point deadline);
 
  private:

@@ -5,35 +5,35 @@
 
 namespace corbot::cell {
 
-/// The work ends because that was asked for.
+/// The work ends because of a requested stop.
 struct WorkEnded {};
 
-/// A call got no usable reply. The worker finds out anew where robot and piece are, and goes on.
+/// A call got no usable reply. The worker determines the state of robot and piece anew, and continues.
 class Fault : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The same of a robot's command. Several equal ones in a row need a person.
+/// A robot's command failed. After several equal faults in a row the worker waits for a person.
 class MotionFault : public Fault {
   using Fault::Fault;
 };
 
-/// The work waits for a person. The text says what went wrong and what to look at.
+/// The work waits for a person. The text names the cause and what to check.
 class Attention : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The work waits until a person has said by Resolve where the piece is.
+/// The work waits until a person reports by Resolve where the piece is.
 class PieceUnclear : public Attention {
   using Attention::Attention;
 };
 
-/// A Stop of another client ended a motion.
+/// A Stop of another client ended a motion, or the cell is stopped.
 class RobotStopped : public Attention {
   using Attention::Attention;
 };
 
-/// The robot refused a point: nothing moved.
+/// The robot refused a point, and did not move.
 class PointRefused : public Attention {
   using Attention::Attention;
 };

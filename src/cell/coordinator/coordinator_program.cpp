@@ -14,7 +14,7 @@
 namespace corbot::cell {
 namespace {
 
-/// Those named, each once; all where none is.
+/// Returns the named robots, each once, or all robots if `named` is empty.
 std::vector<std::string> robots_of(const CellConfig& cell, const std::vector<std::string>& named) {
   for (const std::string& name : named) check_robot(cell, "--robots", name);
   std::vector<std::string> chosen;
@@ -28,7 +28,7 @@ std::vector<std::string> robots_of(const CellConfig& cell, const std::vector<std
 void run(const CellConfig& cell, const std::vector<std::string>& named, bool is_to_start,
          const WrapPorts& wrap_ports) {
   const std::vector<std::string> robots = robots_of(cell, named);
-  std::unique_ptr<CoordinatorServant> servant;  // outlives the ORB
+  std::unique_ptr<CoordinatorServant> servant;  // must outlive the ORB
   OrbServer server(cell.host, {cell.coordinator_port()});
   servant = std::make_unique<CoordinatorServant>(server.orb(), cell, robots, wrap_ports);
   server.activate(kCoordinatorKey, servant.get());

@@ -5,7 +5,7 @@
 
 namespace corbot::cell {
 
-/// This is main() of corbot-coordinator. Programs of tests plant faults in the work by `wrap_ports`.
+/// Implements main() of corbot-coordinator. Test programs inject faults into the work by `wrap_ports`.
 [[nodiscard]] int coordinator_main(int argc, char** argv, const WrapPorts& wrap_ports = {});
 
 }  // namespace corbot::cell

@@ -16,13 +16,13 @@ namespace corbot::cell {
 
 namespace {
 
-constexpr double kRest_s = 2;                  // within which a stopped robot comes to rest
-constexpr std::chrono::seconds kStopReply{4};  // clients of Stop wait 5 s
-constexpr double kCountReply_s = 1;            // clients of State wait 5 s
-constexpr int kTurnTries = 50;                 // to ask the store after another call of State
+constexpr double kRest_s = 2;                  // a stopped robot comes to rest within this time
+constexpr std::chrono::seconds kStopReply{4};  // below the clients' time-out of 5 s
+constexpr double kCountReply_s = 1;            // below the clients' time-out of 5 s
+constexpr int kTurnTries = 50;                 // attempts to get the store's mutex in State
 constexpr std::chrono::milliseconds kTurnPause{20};
 
-/// One line, whole and at once: other programs read it.
+/// Prints one line in one write, because other programs read the output.
 void print_event(double time_s, const std::string& robot, const std::string& text) {
   const std::string line = fmt::format("{:.1f} {} {}\n", time_s, robot, client::printable(text));
   std::fwrite(line.data(), 1, line.size(), stdout);
@@ -43,7 +43,7 @@ struct CoordinatorServant::RobotThread {
                wrap_ports ? wrap_ports(robot, {port, camera, store}) : WorkerPorts{port, camera, store},
                process_name(), std::move(report), stop.get_token(), std::move(on_activity)) {}
 
-  /// Once a stop was requested: stops the robot, and gives back claim and control.
+  /// Stops the robot and releases claim and control. Requires a requested stop.
   void finish() {
     port.stop();
     if (!thread.joinable()) return;
@@ -84,7 +84,7 @@ void CoordinatorServant::start_unless_stopped() {
   if (!gate_.is_stopped() && !has_ended_) begin();
 }
 
-/// Returns when each claim says that its holder waits: the next holder of a claim may have another hold file.
+/// Returns when each claim has the mark of a waiting holder, since the next holder may use another hold file.
 void CoordinatorServant::Stop() {
   const auto gives_up = std::chrono::steady_clock::now() + kStopReply;
   const std::lock_guard lock(mutex_);
@@ -92,7 +92,7 @@ void CoordinatorServant::Stop() {
   std::vector<std::string> moving(threads_.size());
   std::vector<std::string> unmarked(threads_.size());
   {
-    std::vector<std::jthread> stops;  // all at once: one servant may be frozen, and the disk may be slow
+    std::vector<std::jthread> stops;  // parallel, since a servant may be frozen and the disk slow
     stops.emplace_back([&] { gate_.keep(); });
     for (std::size_t i = 0; i < threads_.size(); ++i)
       stops.emplace_back([&, &robot = *threads_[i], i] {
@@ -121,7 +121,7 @@ void CoordinatorServant::Start() {
   if (mode_ != Corbot::CellRunning) begin();
 }
 
-/// Under `mutex_`.
+/// Requires `mutex_`.
 void CoordinatorServant::begin() {
   mode_ = Corbot::CellRunning;
   for (const auto& robot : threads_) robot->thread = std::thread([work = &robot->worker] { work->run(); });
@@ -131,7 +131,7 @@ void CoordinatorServant::Pause() { gate_.set_paused(true); }
 void CoordinatorServant::Resume() { gate_.set_paused(false); }
 CORBA::Boolean CoordinatorServant::Paused() { return gate_.is_paused(); }
 
-/// The store's, or the last that it has given. Under `store_mutex_`.
+/// Returns the store's count, or the last known one if the store does not reply. Requires `store_mutex_`.
 std::uint64_t CoordinatorServant::count_placed() {
   if (!store_) return placed_;
   try {
@@ -142,7 +142,7 @@ std::uint64_t CoordinatorServant::count_placed() {
       if (place != nullptr && cell_.is_last(*place)) placed += places[i].pieces;
     }
     placed_ = placed;
-  } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): the robots' threads report it
+  } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): the robots' threads report the failure
   }
   return placed_;
 }
@@ -150,7 +150,7 @@ std::uint64_t CoordinatorServant::count_placed() {
 Corbot::CoordinatorState* CoordinatorServant::State() {
   Corbot::CoordinatorState_var state = new Corbot::CoordinatorState;
   {
-    // Several calls at once do not wait for a frozen store one after another.
+    // Concurrent calls do not queue for a frozen store: each waits about 1 s for the mutex at most.
     std::unique_lock asks(store_mutex_, std::try_to_lock);
     for (int i = 0; i < kTurnTries && !asks.owns_lock(); ++i) {
       std::this_thread::sleep_for(kTurnPause);
@@ -175,7 +175,7 @@ std::uint64_t CoordinatorServant::end() {
   }
   for (const auto& robot : threads) robot->stop.request_stop();
   {
-    std::vector<std::jthread> ends;  // all at once: one servant may be frozen
+    std::vector<std::jthread> ends;  // parallel, since a servant may be frozen
     for (const auto& robot : threads) ends.emplace_back([&end = *robot] { end.finish(); });
   }
   const std::lock_guard lock(store_mutex_);

@@ -20,13 +20,13 @@ namespace corbot::cell {
 
 class RemoteStore;
 
-/// The ports that a worker gets in place of these. They must outlive the servant.
+/// Returns a worker's ports in place of `ports`. The returned ports must outlive the servant.
 using WrapPorts = std::function<WorkerPorts(const CellRobot& robot, WorkerPorts ports)>;
 
-/// Corbot::Coordinator: one worker and one thread for each robot.
+/// Implements Corbot::Coordinator with one worker and one thread for each robot.
 class CoordinatorServant : public POA_Corbot::Coordinator {
  public:
-  /// `cell` must outlive it. `robots`: names of those that it drives.
+  /// `cell` must outlive the servant. `robots` are the names of the robots that it drives.
   CoordinatorServant(CORBA::ORB_ptr orb, const CellConfig& cell, const std::vector<std::string>& robots,
                      const WrapPorts& wrap_ports = {});
   CoordinatorServant(const CoordinatorServant&) = delete;
@@ -39,11 +39,11 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   void Resume() override;
   CORBA::Boolean Paused() override;
   void Stop() override;
-  /// Start, unless a Stop before this process holds the work still.
+  /// Starts the work unless the hold file has a Stop from a previous process.
   void start_unless_stopped();
   Corbot::CoordinatorState* State() override;
-  /// Stops every robot, gives back claims and control, and returns what State has as `placed`. The ORB ends
-  /// later.
+  /// Stops every robot and releases claims and control. Returns the `placed` of State. Call it before the
+  /// ORB's shutdown.
   std::uint64_t end();
 
  private:
@@ -56,13 +56,13 @@ class CoordinatorServant : public POA_Corbot::Coordinator {
   const std::chrono::steady_clock::time_point begin_{std::chrono::steady_clock::now()};
   ActivityRecord activities_;
   WorkGate gate_;
-  std::mutex mutex_;  ///< for what follows
+  std::mutex mutex_;  ///< guards mode_, threads_ and has_ended_
   Corbot::CellMode mode_{Corbot::CellStopped};
   bool has_ended_{false};
   std::vector<std::unique_ptr<RobotThread>> threads_;
-  std::atomic<std::uint64_t> placed_{0};  ///< as the store had it last
-  std::mutex store_mutex_;                ///< for what follows, and held while the store is asked
-  std::unique_ptr<RemoteStore> store_;    ///< empty at the end
+  std::atomic<std::uint64_t> placed_{0};  ///< the store's last known count
+  std::mutex store_mutex_;                ///< guards store_, and is held during a call of the store
+  std::unique_ptr<RemoteStore> store_;    ///< null after end()
 };
 
 }  // namespace corbot::cell

@@ -8,7 +8,7 @@
 
 namespace corbot::cell {
 
-/// Returns after that time, or when a stop is requested.
+/// Waits for `duration_s`, or until a stop is requested.
 inline void pause(double duration_s, const std::stop_token& stop) {
   std::mutex mutex;
   std::unique_lock lock(mutex);

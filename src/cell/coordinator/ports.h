@@ -6,54 +6,55 @@
 
 #include "cell.hh"
 
-// The calls by which a worker uses its robot, the camera and the store. The remote ones are in remote_robot.h and
-// remote_services.h. Every call may raise what the interface allows, and client::Failure where there is no
-// reply, or none that can be used.
+// The interfaces by which a worker uses its robot, the camera and the store. remote_robot.h and
+// remote_services.h implement them over CORBA. Every call may throw the exceptions of the IDL. Every call
+// throws client::Failure if there is no usable reply.
 
 namespace corbot::cell {
 
-/// What the gripper was last told, and what a device knows that measures the opening.
+/// The gripper's last command. A device that measures the opening also tells if the gripper holds a piece.
 enum class Grip { kOpen, kClosed, kClosedOnNothing, kClosedOnPiece };
 
-/// The blocking calls of robot.idl that the work uses. Points: metres, in the frame of the robot's Move.
+/// The blocking calls of robot.idl for the work. Points are in metres, in the frame of the robot's Move.
 class RobotPort {
  public:
   virtual ~RobotPort() = default;
 
-  /// Takes control where the robot is an Arm. True: nothing else can move the robot from now on. One attempt.
+  /// Acquires control if the robot is an Arm, in one attempt. Returns true if no other client can move the
+  /// robot from now on.
   virtual bool acquire() = 0;
-  /// Gives control back. An arm that moves is stopped.
+  /// Releases control, which stops a moving arm.
   virtual void release() = 0;
-  /// Percent of the profile's maximum.
+  /// Sets the speed in percent of the profile's maximum.
   virtual void speed(double percent) = 0;
-  /// Free motion to the point `above_m` over `point`.
+  /// Moves freely to the point `above_m` over `point`.
   virtual void move(const Eigen::Vector3d& point, double above_m) = 0;
-  /// The same on a straight line, in `duration_s`.
+  /// Moves to this point on a straight line, in `duration_s`.
   virtual void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) = 0;
   virtual void delay(double duration_s) = 0;
   virtual void open() = 0;
   virtual void close() = 0;
-  /// Waits until the robot is at rest, and returns where its tool is.
+  /// Waits until the robot is at rest, and returns the tool's position.
   virtual Eigen::Vector3d rest_position() = 0;
   [[nodiscard]] virtual Grip grip() = 0;
-  /// Whether the robot is not in Error. Needs no control. Failure: no reply.
+  /// Tells if the robot is not in Error. Needs no control. Throws Failure if there is no reply.
   [[nodiscard]] virtual bool is_able() = 0;
-  /// Whether the cell is stopped: every command raises Stopped.
+  /// Tells if the cell is stopped. Every command then throws Stopped.
   [[nodiscard]] virtual bool is_halted() = 0;
-  /// From another thread: ends the motion under way where the robot is an Arm, also one whose reply was lost.
-  /// No motion begins after that. Returns after about 3 s at the latest.
+  /// Stops the current motion of an Arm, even if the motion's reply was lost. No motion begins afterwards.
+  /// Any thread may call it. Returns after at most about 3 s.
   virtual void stop() = 0;
 };
 
 class CameraPort {
  public:
   virtual ~CameraPort() = default;
-  /// A picture whose exposure begins after the call. Failure: no picture for `kPatience_s`.
+  /// Returns a picture exposed after the call. Throws Failure if there is no picture for `kPatience_s`.
   virtual Corbot::Frame look(double timeout_s) = 0;
 };
 
-/// Corbot::Store. Failure: no reply, or NotReady, for `kPatience_s`. A call is repeated until then, which
-/// has no further effect.
+/// The calls of Corbot::Store. A call without a reply, or with NotReady, is repeated; a repetition has no
+/// further effect. Throws Failure after `kPatience_s` without success.
 class StorePort {
  public:
   virtual ~StorePort() = default;
@@ -72,14 +73,14 @@ class StorePort {
   virtual Corbot::PieceEvents unclear() = 0;
 };
 
-/// What one worker uses.
+/// The ports of one worker.
 struct WorkerPorts {
   RobotPort& robot;
   CameraPort& camera;
   StorePort& store;
 };
 
-/// A camera or a store that cannot be used for so long interrupts the work.
+/// An outage of camera or store that lasts so long interrupts the work.
 inline constexpr double kPatience_s = 10;
 
 }  // namespace corbot::cell

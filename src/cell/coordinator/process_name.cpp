@@ -20,10 +20,10 @@ namespace corbot::cell {
 namespace {
 
 constexpr std::string_view kWaits = "/waits";
-constexpr std::size_t kMost = 64 - kWaits.size();  // of the characters that the interface takes
-constexpr std::size_t kBootPart = 8;               // of the boot's id
-constexpr std::size_t kProgramPart = 18;           // so that the host is cut alike for each program
-constexpr int kStartAfterName = 20;  // the start is field 22 of stat, and the program's name is field 2
+constexpr std::size_t kMost = 64 - kWaits.size();  // characters, within the interface's bound
+constexpr std::size_t kBootPart = 8;               // characters of the boot's id
+constexpr std::size_t kProgramPart = 18;           // characters, so that each program cuts the host alike
+constexpr int kStartAfterName = 20;                // stat: start in field 22, program in field 2
 
 std::string first_line(const char* path) {
   std::ifstream stream(path);
@@ -32,10 +32,10 @@ std::string first_line(const char* path) {
   throw client::Failure(client::ExitCode::kInternal, fmt::format("cannot read {}", path));
 }
 
-/// Clock ticks from the boot to the start of a process: its id, or "self".
+/// Returns the clock ticks from boot to the start of a process. `process` is a PID or "self".
 std::string start_ticks(const std::string& process) {
   const std::string stat = first_line(("/proc/" + process + "/stat").c_str());
-  std::istringstream fields(stat.substr(stat.rfind(')') + 1));  // the program's name may have spaces
+  std::istringstream fields(stat.substr(stat.rfind(')') + 1));  // the name may contain spaces
   std::string field;
   for (int i = 0; i < kStartAfterName; ++i) fields >> field;
   return field;
@@ -48,14 +48,14 @@ std::string process_name() {
   const std::string process = fmt::format("/{}/{}/{}", boot, ::getpid(), start_ticks("self"));
   char host[65] = {};
   ::gethostname(host, sizeof host - 1);
-  // The host is for people: where the name is too long, its end is left out.
+  // The host is for people only, so a long host name is truncated.
   const std::string where = client::printable(fmt::format("@{}", host));
   return client::printable(program_invocation_short_name).substr(0, kProgramPart) +
          where.substr(0, kMost - kProgramPart - process.size()) + process;
 }
 
 bool is_of_dead_process(const std::string& name) {
-  // @HOST/BOOT of this process: a container, which has other processes, has another host name.
+  // The machine is "@HOST/BOOT". A container has its own processes and another host name.
   const auto place_in = [](const std::string& text) {
     return text.substr(std::min(text.find('@'), text.size()));
   };

@@ -5,14 +5,15 @@
 
 namespace corbot::cell {
 
-/// This process, for a claim and for control: "PROGRAM@HOST/BOOT/PID/START", 1 to 57 printable characters. No other process has the name, also after a restart of the machine or a PID that comes again.
-/// Throws client::Failure where /proc does not say it.
+/// Returns this process's name for a claim and for control: "PROGRAM@HOST/BOOT/PID/START", 1 to 57 printable
+/// characters. The name stays unique after a reboot or a reused PID. Throws client::Failure if /proc is
+/// unreadable.
 [[nodiscard]] std::string process_name();
-/// Whether that process, of any program, was one of this machine, since its last start, and has ended. The mark of a waiting name is left
-/// out. Throws as process_name does.
+/// Tells if the named process of any program ran on this machine since its last boot and has ended. Ignores
+/// the mark of waiting_name(). Throws as process_name() does.
 [[nodiscard]] bool is_of_dead_process(const std::string& name);
 
-/// The name with the mark of a claim whose holder waits for a person.
+/// Returns the name with a mark: the claim's holder waits for a person.
 [[nodiscard]] std::string waiting_name(const std::string& name);
 [[nodiscard]] bool is_waiting_name(const std::string& name);
 

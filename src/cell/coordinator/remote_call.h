@@ -13,17 +13,17 @@
 #include "cell/orb_server.h"
 #include "client/explain.h"
 
-// The parts that all calls to robots, camera and store share.
+// Common parts of the calls to robots, camera and store.
 
 namespace corbot::cell {
 
-/// No connection, or no reply in time: the same call may succeed later.
+/// Tells if the same call may succeed later: there was no connection, or no reply in time.
 [[nodiscard]] bool may_recover(const CORBA::SystemException& e);
-/// "no reply from URI (TRANSIENT)", or the text of client::explain.
+/// Returns a Failure with "no reply from URI (TRANSIENT)", or with the text of client::explain.
 [[nodiscard]] client::Failure explain_call(const CORBA::SystemException& e, const std::string& uri);
 
-/// A reference with a time-out of its own, made when it is first used: corbaname raises while the naming
-/// service starts.
+/// A reference with its own time-out. The first use resolves it, because resolving a corbaname throws while
+/// the naming service starts.
 template <class Interface>
 class LazyReference {
  public:
@@ -49,8 +49,8 @@ class LazyReference {
   typename Interface::_var_type reference_;
 };
 
-/// Calls `f`, and again after 0.1 to 2 s while it raises NotReady or gets no reply. Failure: no success for
-/// `patience_s`, or a stop is requested meanwhile.
+/// Calls `f`, and repeats it after 0.1 to 2 s while it throws NotReady or gets no reply. Throws Failure after
+/// `patience_s` without success, or once a stop is requested.
 template <class F>
 auto call_patiently(const std::string& uri, double patience_s, const std::stop_token& stop, F&& f)
     -> decltype(f()) {

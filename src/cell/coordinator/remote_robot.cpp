@@ -14,16 +14,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kReply_s = 5;  // for a call without a motion
-constexpr double kLease_s = 5;  // of control
-constexpr double kRenew_s = 1;  // between two renewals, and the time-out of one
+constexpr double kReply_s = 5;  // time-out of a call without a motion
+constexpr double kLease_s = 5;  // lease of control
+constexpr double kRenew_s = 1;  // period of renewals, and time-out of a renewal
 constexpr double kQueueFull_s = 0.1;
-constexpr double kAgain_s = 0.1;  // a read is repeated once: the connection to a servant that died fails
+constexpr double kAgain_s = 0.1;  // time for one more read after a servant's restart
 constexpr double kArrived_m = 0.005;
-constexpr int kRepeats = 2;          // of a command whose reply was lost
-constexpr double kStopFor_s = 2;     // a Stop is sent again for so long
-constexpr double kQuickReply_s = 1;  // for a Stop, and for a read, both of which are repeated
-constexpr double kRestAtStop_s = 2;  // within which a stopped robot comes to rest
+constexpr int kRepeats = 2;          // repetitions of a command whose reply was lost
+constexpr double kStopFor_s = 2;     // time for which Stop is repeated
+constexpr double kQuickReply_s = 1;  // time-out of Stop and reads, which are repeated
+constexpr double kRestAtStop_s = 2;  // a stopped robot comes to rest within this time
 
 Clock::time_point after(double duration_s) {
   return Clock::now() +
@@ -32,7 +32,7 @@ Clock::time_point after(double duration_s) {
 
 }  // namespace
 
-/// A command between its call and its reply. Throws Stopped once a stop is requested.
+/// Marks a command between its call and its reply. The constructor throws Stopped once a stop is requested.
 class RemoteRobot::UnderWay {
  public:
   explicit UnderWay(RemoteRobot& robot) : robot_(robot) {
@@ -72,14 +72,14 @@ void RemoteRobot::use(const std::string& uri) {
   reads_.emplace(orb_.in(), uri, kQuickReply_s);
 }
 
-/// Also after a servant's new start, which ends control without a word.
+/// Tells if control is still valid: a restart of the servant ends control without notice.
 bool RemoteRobot::has_control() {
   if (!keeper_.joinable()) return false;
   try {
     control_->Renew();
     const std::lock_guard lock(mutex_);
     if (!CORBA::is_nil(arm_.in())) return true;
-  } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): control is taken anew
+  } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): acquire() acquires control again
   }
   keeper_.request_stop();
   keeper_.join();
@@ -119,7 +119,7 @@ void RemoteRobot::keep_control(const std::string& control) {
       try {
         held->Renew();
       } catch (const Corbot::NotReady&) {
-        return control_has_ended();  // the next command raises that
+        return control_has_ended();  // the next command throws NotReady
       } catch (
           const CORBA::SystemException&) {  // NOLINT(bugprone-empty-catch): the lease covers several renewals
       }
@@ -127,7 +127,7 @@ void RemoteRobot::keep_control(const std::string& control) {
   });
 }
 
-/// From now on the arm may be another client's: no Stop is sent to it.
+/// Forgets the arm, which another client may control now: send_stop() then sends nothing.
 void RemoteRobot::control_has_ended() {
   const std::lock_guard lock(mutex_);
   arm_ = Corbot::Arm::_nil();
@@ -138,7 +138,7 @@ void RemoteRobot::release() {
   keeper_.request_stop();
   keeper_.join();
   const Corbot::Arm_var control = std::exchange(control_, Corbot::Arm_var());
-  use(uri_);  // reads go on
+  use(uri_);  // for reads without control
   try {
     control->Release();
     control_has_ended();
@@ -165,15 +165,15 @@ void RemoteRobot::send_stop(std::unique_lock<std::mutex>& lock) {
   const Corbot::Arm_var arm = arm_;
   if (CORBA::is_nil(arm.in())) return;
   const auto gives_up = after(kStopFor_s);
-  // A motion may go on although no call waits for it any more. A command may arrive after a Stop that was
-  // sent first.
+  // Stop is sent without a waiting call too, since a motion may outlast its call. Stop is repeated while a
+  // command is in progress, because the command may arrive after the first Stop.
   bool is_stopped = false;
   do {
     lock.unlock();
     try {
       arm->Stop();
       is_stopped = true;
-    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): sent again, and the lease ends
+    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): Stop is repeated, and the lease ends
     }
     lock.lock();
     ended_.wait_for(lock, std::chrono::milliseconds(200), [&] { return is_stopped && !is_under_way_; });
@@ -189,7 +189,7 @@ void RemoteRobot::pass_gate() {
   if (waits) on_pause_(false);
 }
 
-/// Carries out `f`, which may be repeated since every command of the work is absolute.
+/// Carries out `f`. May repeat `f`, since every command of the work is absolute.
 template <class F>
 void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& target, F&& f) {
   auto gives_up = after(kPatience_s);
@@ -197,12 +197,12 @@ void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& tar
   for (int lost = 0;;) {
     const auto closed = Clock::now();
     pass_gate();
-    gives_up += Clock::now() - closed;  // a pause is no time without a reply
+    gives_up += Clock::now() - closed;  // a pause does not count as an outage
     queue_gives_up += Clock::now() - closed;
     if (gate_.is_stopped()) throw Corbot::Stopped("the cell was stopped");
     try {
       const UnderWay mark(*this);
-      if (!gate_.is_open()) continue;  // a halt came between
+      if (!gate_.is_open()) continue;  // a halt closed the gate meanwhile
       return f(robot.get());
     } catch (const Corbot::QueueFull&) {
       if (Clock::now() > queue_gives_up) throw;
@@ -217,7 +217,7 @@ void RemoteRobot::command(LazyReference<Corbot::Robot>& robot, const Target& tar
   }
 }
 
-/// At rest at the target of a command whose reply was lost. A command without a target is simply repeated.
+/// Tells if the robot rests at the target of a command whose reply was lost. False without a target.
 bool RemoteRobot::has_arrived(const Target& target) {
   const Vector3d position = rest_position();
   return target && (position - *target).norm() <= kArrived_m;
@@ -249,12 +249,12 @@ Vector3d RemoteRobot::rest_position() {
 
 bool RemoteRobot::comes_to_rest(double within_s) {
   LazyReference<Corbot::Robot> robot(orb_.in(), uri_,
-                                     kQuickReply_s);  // from another thread than the commands
+                                     kQuickReply_s);  // own reference, because commands run in another thread
   const auto gives_up = after(within_s);
   do {
     try {
       if (robot.get()->Status() != Corbot::Waiting) return true;
-    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): asked again
+    } catch (const CORBA::Exception&) {  // NOLINT(bugprone-empty-catch): the loop reads again
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   } while (Clock::now() < gives_up);

@@ -14,15 +14,16 @@
 
 namespace corbot::cell {
 
-/// Corbot::Robot over CORBA. Where the robot is an Arm, all goes by exclusive control, which a thread renews.
+/// Calls Corbot::Robot over CORBA. If the robot is an Arm, commands use exclusive control, which a thread
+/// renews.
 class RemoteRobot : public RobotPort {
  public:
-  /// `who` names the holder of control. `motion_s`: time-out of one motion, also of the gripper, and of a delay.
-  /// While `gate` is closed no command begins. While the gate is stopped every command raises Stopped.
-  /// `on_pause`: a command waits for the gate, or does not any more.
+  /// `who` names the holder of control. `motion_s` is the time-out of one motion, gripper motion or delay.
+  /// No command begins while `gate` is closed. Every command throws Stopped while the gate is stopped.
+  /// `on_pause` is called with true when a command starts to wait for the gate, and then with false.
   RemoteRobot(CORBA::ORB_ptr orb, std::string uri, std::string who, double motion_s, std::stop_token stop,
               WorkGate& gate, std::function<void(bool)> on_pause = {});
-  /// NotReady: somebody else has control. Failure: no reply.
+  /// Throws NotReady if another client has control, and Failure if there is no reply.
   bool acquire() override;
   void release() override;
   void speed(double percent) override;
@@ -36,9 +37,9 @@ class RemoteRobot : public RobotPort {
   bool is_able() override;
   bool is_halted() override { return gate_.is_stopped(); }
   void stop() override;
-  /// The same, but commands may follow once the gate is open.
+  /// Stops as stop() does, but commands may follow once the gate is open.
   void halt();
-  /// Within that time. False also without a reply.
+  /// Tells if the robot comes to rest within `within_s`. False also without a reply.
   [[nodiscard]] bool comes_to_rest(double within_s);
 
  private:
@@ -63,15 +64,15 @@ class RemoteRobot : public RobotPort {
   WorkGate& gate_;
   const std::function<void(bool)> on_pause_;
 
-  // Several references, since a time-out is a reference's: for what moves, for reads, and for all else.
+  // A time-out belongs to a reference, so motions, reads and all other calls have one reference each.
   std::optional<LazyReference<Corbot::Robot>> motions_;
   std::optional<LazyReference<Corbot::Robot>> others_;
   std::optional<LazyReference<Corbot::Robot>> reads_;
   Corbot::Arm_var control_;
 
-  std::mutex mutex_;  ///< for what follows
+  std::mutex mutex_;  ///< guards the following members
   std::condition_variable ended_;
-  Corbot::Arm_var arm_;  ///< as anybody reaches it, for Stop; nil without control
+  Corbot::Arm_var arm_;  ///< public reference, for Stop; nil without control
   bool is_stopping_{false};
   bool is_under_way_{false};
 

@@ -7,8 +7,8 @@
 namespace corbot::cell {
 
 namespace {
-constexpr double kServiceReply_s = 5;  // beside the time of a look
-constexpr double kReplyAtStop_s = 1;   // the supervisor does not wait long
+constexpr double kServiceReply_s = 5;  // in addition to the time of a look
+constexpr double kReplyAtStop_s = 1;   // short, since the supervisor soon kills the process
 }  // namespace
 
 RemoteCamera::RemoteCamera(CORBA::ORB_ptr orb, const std::string& uri, double look_s, std::stop_token stop)

@@ -5,13 +5,13 @@
 
 namespace corbot::cell {
 
-/// Time-out of a call of the store, which may wait for 2 s.
+/// Time-out of a call of the store; the store may block for 2 s.
 inline constexpr double kStoreReply_s = 7;
 
-/// Corbot::Camera over CORBA.
+/// Calls Corbot::Camera over CORBA.
 class RemoteCamera : public CameraPort {
  public:
-  /// `look_s`: the longest time that a look is given.
+  /// `look_s` is the longest time-out of a look.
   RemoteCamera(CORBA::ORB_ptr orb, const std::string& uri, double look_s, std::stop_token stop);
   Corbot::Frame look(double timeout_s) override;
 
@@ -20,8 +20,8 @@ class RemoteCamera : public CameraPort {
   const std::stop_token stop_;
 };
 
-/// Corbot::Store over CORBA. Several threads may use one. `reply_s`: time-out of one attempt. It is at most 1 s
-/// once a stop is requested.
+/// Calls Corbot::Store over CORBA. Several threads may share an instance. `reply_s` is the time-out of one
+/// attempt, which is at most 1 s once a stop is requested.
 class RemoteStore : public StorePort {
  public:
   RemoteStore(CORBA::ORB_ptr orb, const std::string& uri, std::stop_token stop,

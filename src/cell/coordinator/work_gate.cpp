@@ -26,7 +26,7 @@ void WorkGate::set(bool& flag, bool value) {
   changed_.notify_all();
 }
 
-/// In place, by one write of always the same size.
+/// Overwrites the file by one write of constant size.
 void WorkGate::keep() const {
   if (file_.empty()) return;
   const std::lock_guard lock(file_mutex_);

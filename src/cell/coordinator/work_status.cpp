@@ -35,7 +35,8 @@ WorkStatus::WorkStatus(const std::string& robot, Report report, OnActivity on_ac
   work_.text = "";
 }
 
-/// `f` changes the work and, by its argument, the activity. get() does not wait for the record of activities.
+/// Applies `f`, which changes the work and, by its argument, the activity. get() does not wait for the
+/// record.
 template <class F>
 void WorkStatus::update(F&& f) {
   const std::lock_guard order(order_mutex_);

@@ -19,19 +19,19 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double kStoreWait_s = 2;     // a stop waits for it, and the supervisor kills after 5 s
-constexpr double kLookAgain_s = 0.5;   // between two looks at an area from which nothing can be taken
-constexpr double kConnectAgain_s = 1;  // between two attempts to reach robot and store
-constexpr std::chrono::seconds kConnectFor{10};  // then a person is asked
-constexpr std::chrono::seconds kPersonPause{1};  // between two looks at what a person has done
+constexpr double kStoreWait_s = 2;               // a stop waits so long; the supervisor kills after 5 s
+constexpr double kLookAgain_s = 0.5;             // between two looks at an area without a usable piece
+constexpr double kConnectAgain_s = 1;            // between two attempts to reach robot and store
+constexpr std::chrono::seconds kConnectFor{10};  // then the status calls for a person
+constexpr std::chrono::seconds kPersonPause{1};  // between two checks of a person's answer
 constexpr double kFaultPause_s = 0.1;
-constexpr double kOverShared_m = 0.05;  // beyond the edge of a shared place, where wait poses are not
+constexpr double kOverShared_m = 0.05;  // margin of a shared place; wait poses are outside
 constexpr double kAtWait_m = 0.005;
-constexpr int kSettleReads = 10;  // of the position, 0.1 s apart
+constexpr int kSettleReads = 10;  // reads of the position, 0.1 s apart
 
 Vector3d to_vector(const Corbot::Point& point) { return {point.x, point.y, point.z}; }
 
-/// A message as part of a sentence.
+/// Returns an exception's message as printable text.
 std::string plain_text(const std::exception& error) { return client::printable(error.what()); }
 
 }  // namespace
@@ -109,7 +109,7 @@ bool Worker::lets_go(std::chrono::steady_clock::time_point gives_up) {
   return gone_on_.wait_until(lock, gives_up, [&] { return has_let_go_; });
 }
 
-/// A person who has answered may have put right what made picks or motions fail, or what was out of reach.
+/// Resets the counts of faults after a person's answer, since the person may have removed the cause.
 void Worker::count_anew_after_answer() {
   const std::lock_guard lock(mutex_);
   if (std::exchange(counted_starts_, starts_) == starts_) return;
@@ -136,7 +136,7 @@ void Worker::await_person(Corbot::WorkState state, const std::string& text,
   if (stop_.stop_requested()) return;
   const int before = starts();
   status_.set(state, fmt::format("{}: {}", step_, text));
-  bool has_control = !give_back_control();  // the person may need it
+  bool has_control = !give_back_control();  // the person may need control
   std::unique_lock lock(mutex_);
   while (before == starts_ && !stop_.stop_requested()) {
     has_let_go_ = !has_control;
@@ -153,13 +153,13 @@ void Worker::await_person(Corbot::WorkState state, const std::string& text,
   status_.set(Corbot::WorkIdle, "");  // no person is needed any more
 }
 
-/// The claim says first that a person is needed: else a stand-by would take control and move the arm.
+/// Marks the claim, then releases control. The mark keeps a stand-by from taking control and moving the arm.
 bool Worker::give_back_control() {
   try {
     if (token_ != 0 && !is_marked_) token_ = store_.claim(robot_.name, waiting_name(who_), token_);
     is_marked_ = token_ != 0;
   } catch (const Corbot::Claimed& e) {
-    is_marked_ = waiting_name(who_) == e.who.in();  // the reply was lost
+    is_marked_ = waiting_name(who_) == e.who.in();  // the reply of the first call was lost
     token_ = is_marked_ ? e.token : 0;
   } catch (const std::exception& error) {
     status_.report("control is kept, since the claim cannot say that a person is needed: " +
@@ -178,9 +178,10 @@ bool Worker::give_back_control() {
   return true;
 }
 
-// --- Resolution: nothing is assumed ---
+// --- Resolution of the state, without assumptions ---
 
-/// The one way to the work, at its start and after a fault. Returns the piece in the gripper, which is to be placed.
+/// Determines the state of robot and piece at the start and after each fault. Returns the transfer whose
+/// piece is in the gripper; the next step places it.
 std::optional<Transfer> Worker::resolve() {
   step_ = "begin";
   connect();
@@ -193,7 +194,8 @@ std::optional<Transfer> Worker::resolve() {
   }
   const bool has_touched = left && left->step != Corbot::StepReserved;
   const Grip grip = call([&] { return arm_.grip(); });
-  // An arm that has never moved counts as closed. Without a measured opening only a pick of this worker tells.
+  // An arm that has never moved counts as closed. Without a measured opening, only a pick of this worker
+  // proves a piece in the gripper.
   const Corbot::RobotWork last = status_.get();
   const bool has_gripped = grip == Grip::kClosedOnPiece ||
                            (grip == Grip::kClosed && last.piece != 0 && last.step != Corbot::StepReserved);
@@ -203,7 +205,7 @@ std::optional<Transfer> Worker::resolve() {
                     "use 'corbot open'",
                     robot_.name));
   motions_.speed(wait_);
-  // A fault may have ended the gripper's motion on its way.
+  // A fault may have interrupted the gripper's motion.
   if (grip == Grip::kOpen) {
     motions_.open(wait_);
   } else if (has_touched) {
@@ -261,10 +263,11 @@ void Worker::connect() {
   }
 }
 
-/// Takes control and the claim. Empty: both are this worker's. Else whose they are. Failure: a person's Start is needed.
+/// Acquires control and the claim. Returns an empty text on success, or a text that names the holder. Throws
+/// Failure if only a person's Start can continue the work.
 std::string Worker::take_robot() {
   const bool is_exclusive = arm_.acquire();
-  if (token_ != 0 && !is_marked_) return "";  // the store says where it has ended
+  if (token_ != 0 && !is_marked_) return "";  // the store refuses a token of an ended claim
   try {
     token_ = store_.claim(robot_.name, who_, token_);
   } catch (const Corbot::Claimed& e) {
@@ -293,16 +296,17 @@ std::string Worker::take_robot() {
   return "";
 }
 
-/// Control of the arm proves that the holder of the claim cannot move it. A holder that waits for a person has given control
-/// back: only the proof of its end, and a Start since then, replace it. A holder of our own name is this very process,
-/// and a call whose reply was lost.
+/// Tells if this worker may replace the claim's holder. Control of the arm proves that the holder cannot move
+/// it. A holder that waits for a person has released control, so replacing it needs proof of its end and a
+/// later Start. A holder with this worker's name is this process: the reply of an earlier claim was lost.
 bool Worker::may_replace(const std::string& who, bool is_exclusive) {
   if (who == who_ || who == waiting_name(who_)) return true;
   if (is_waiting_name(who)) return is_of_dead_process(who) && starts() > heeded_;
   return is_exclusive || is_of_dead_process(who);
 }
 
-/// A zone is the body's: the ledger says which one it is in, and a tool over a shared place must be in its zone.
+/// Determines the robot's zone from the ledger. A tool over a shared place must be in its zone, so the
+/// function enters the zone if necessary.
 void Worker::find_zone(const Vector3d& tool) {
   zone_.clear();
   const Corbot::PlaceInfos places = call([&] { return store_.places(); });
@@ -324,7 +328,7 @@ void Worker::find_zone(const Vector3d& tool) {
   }
 }
 
-/// Straight up, then to the wait pose.
+/// Moves the tool straight up and then to the wait pose.
 void Worker::move_out(const Vector3d& tool) {
   if ((tool - wait_.point).norm() <= kAtWait_m) return;
   status_.set(Corbot::WorkMoving, "");
@@ -332,7 +336,8 @@ void Worker::move_out(const Vector3d& tool) {
   motions_.move(wait_);
 }
 
-/// True: the piece is in the gripper. The tool is at its wait pose, so a picture shows what stands.
+/// Ends or continues a transfer after a fault. Returns true if the piece is in the gripper. The tool is at
+/// its wait pose, so a picture shows the places.
 bool Worker::resolve_transfer(const Corbot::TransferInfo& left, const Transfer& transfer, Grip grip) {
   const bool may_hold = grip == Grip::kClosed || grip == Grip::kClosedOnPiece;
   const auto end_at = [&](Corbot::TransferStep step, const std::string& note) {
@@ -362,7 +367,7 @@ bool Worker::resolve_transfer(const Corbot::TransferInfo& left, const Transfer& 
   return may_hold;
 }
 
-/// The note has what a picture shows beside the places, for the person who looks for the piece.
+/// Marks the piece as unclear. The note lists the pieces seen outside of places, for the person who searches.
 void Worker::resolve_as_unclear(const Transfer& transfer) {
   const Corbot::Frame frame = look("the table");
   std::string seen;
@@ -376,7 +381,7 @@ void Worker::resolve_as_unclear(const Transfer& transfer) {
   advance(transfer, Corbot::StepUnclear, "the gripper is open; " + where);
 }
 
-/// What a person is to do about the pieces that this robot has lost; empty: there are none.
+/// Returns the instructions for a piece that this robot has lost; empty: none is lost.
 std::string Worker::own_unclear() {
   const Corbot::PieceEvents events = call([&] { return store_.unclear(); });
   for (CORBA::ULong i = 0; i < events.length(); ++i) {
@@ -389,7 +394,7 @@ std::string Worker::own_unclear() {
   return "";
 }
 
-/// A store that does not reply knows of no word either.
+/// Tells if no piece is unclear any more, or if a stop is requested. False if the store does not reply.
 bool Worker::is_resolved() {
   try {
     return own_unclear().empty();
@@ -405,12 +410,13 @@ std::string Worker::how_to_clear() const {
                      robot_.name);
 }
 
-/// A StopAndHold ends a motion as a Stop does, and leaves an Error. A stop of the cell waits for no such reply.
+/// Returns the instructions to clear an Error; empty: no Error. A StopAndHold ends a motion as a Stop does,
+/// and leaves an Error. During a stop of the cell the function does not call the robot.
 std::string Worker::error_note() {
   try {
     return arm_.is_halted() || arm_.is_able() ? "" : "; " + how_to_clear();
   } catch (const client::Failure&) {
-    return "";  // the next connection says why
+    return "";  // the next connect() reports the cause
   }
 }
 
@@ -424,7 +430,7 @@ void Worker::check_unclear() {
   if (!text.empty()) throw PieceUnclear(text);
 }
 
-// --- The recipe ---
+// --- Recipe ---
 
 Transfer Worker::find() {
   step_ = "find";
@@ -433,7 +439,7 @@ Transfer Worker::find() {
     std::string cause;
     try {
       if (from_.slots) {
-        status_.set_activity(Activity::kWaitingForPiece);  // the store waits as well
+        status_.set_activity(Activity::kWaitingForPiece);  // the call blocks in the store
         return checked(call([&] { return store_.reserve(token_, from_.name, to_.name, {}, kStoreWait_s); }));
       }
       enter(from_);
@@ -479,7 +485,8 @@ bool Worker::pick(const Transfer& transfer) {
   return true;
 }
 
-/// A piece stands at the source after the grasp. A gripper that measures a piece holds another one, which must not fall.
+/// Throws Attention if the gripper measures a piece although one stands at the source after the grasp. The
+/// gripper then holds another piece, and must not drop it.
 void Worker::check_other_piece(const Transfer& transfer, Grip grip) {
   if (grip != Grip::kClosedOnPiece) return;
   leave();
@@ -551,7 +558,7 @@ void Worker::withdraw(const Transfer& transfer, const std::string& why) {
   std::string text =
       fmt::format("{} failed picks in a row, the last at {}, {}: {}; check the gripper, the camera and {}",
                   failures_, from_.name, describe(transfer.source), why, key_of(from_));
-  if (from_.slots) {  // the ledger keeps the piece, and gives the same one again
+  if (from_.slots) {  // the ledger keeps the piece and would select it again
     text += fmt::format(
         "; where piece {} was taken away, put it back, or empty {} and use 'corbot cell exchange CELL {}'",
         transfer.piece, from_.name, from_.name);
@@ -563,12 +570,12 @@ void Worker::refuse_source(const Transfer& transfer, const std::string& why) {
   motions_.move(wait_);
   advance(transfer, Corbot::StepWithdrawn, why);
   leave();
-  if (from_.slots) throw Attention(why);  // the store would give the same piece again
+  if (from_.slots) throw Attention(why);  // the store would select the same piece again
   left_out_.push_back(transfer.source);
   status_.report(fmt::format("leaves out the piece at {}: {}", describe(transfer.source), why));
 }
 
-/// To the piece's grasp. The way down begins when the intent is in the ledger.
+/// Moves to the grasp of the piece. The descent begins when the intent is in the ledger.
 void Worker::approach(const Transfer& transfer, const ToolGoal& goal, Corbot::TransferStep intent) {
   std::future<void> written = std::async(std::launch::async, [&] { advance(transfer, intent); });
   motions_.move_above(goal);
@@ -622,7 +629,7 @@ void Worker::advance(const Transfer& transfer, Corbot::TransferStep step, const 
 
 void Worker::enter(const Place& place) {
   while (place.is_shared && zone_ != place.name) {
-    status_.set_activity(Activity::kWaitingForZone);  // the store waits as well
+    status_.set_activity(Activity::kWaitingForZone);  // the call blocks in the store
     try {
       call([&] { store_.enter(token_, place.name, kStoreWait_s); });
       zone_ = place.name;
@@ -646,7 +653,7 @@ void Worker::leave() {
   status_.set_zone("");
 }
 
-/// The position is measured, and the arm comes to rest a little after its set-points.
+/// Reads the position several times, since the arm comes to rest a little after its set-points.
 bool Worker::is_at_wait() {
   for (int i = 0; i < kSettleReads; ++i) {
     if (motions_.is_at(wait_, kAtWait_m)) return true;
@@ -665,7 +672,7 @@ void Worker::finish() {
         store_.leave(token_, zone_);
         status_.set_zone("");
       }
-      // A claim that is given back would let a stand-by move a stopped robot.
+      // A released claim would let a stand-by move a stopped robot.
       if (!is_marked_ || !arm_.is_halted()) store_.release(std::exchange(token_, 0));
     }
   } catch (const std::exception& e) {
@@ -680,9 +687,9 @@ void Worker::finish() {
   }
 }
 
-// --- Calls, and what they raise ---
+// --- Calls and their exceptions ---
 
-/// Superseded, Empty, Full and Occupied pass on.
+/// Calls `f` and translates its exceptions. Superseded, Empty, Full and Occupied pass unchanged.
 template <class F>
 auto Worker::call(F&& f) -> decltype(f()) {
   end_if_stopped();

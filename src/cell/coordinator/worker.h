@@ -18,7 +18,7 @@
 
 namespace corbot::cell {
 
-/// One piece on its way. Points: the middle of the piece's foot, world, metres.
+/// A transfer of one piece. Points are positions of the foot's middle, world, in metres.
 struct Transfer {
   Corbot::PieceNumber piece{};
   const Kind* kind{};
@@ -27,50 +27,52 @@ struct Transfer {
 };
 
 /// Brings pieces from one place to another with one robot. An intent is durable before the motion that may
-/// change the world; an outcome is what the camera has seen. At its start and after each fault it finds out where
-/// robot and piece are, by the ledger, the gripper and the camera. The thread of run() makes all calls but
-/// go_on() and RobotPort::stop().
+/// change the world. An outcome is what the camera has seen. At the start and after each fault the worker
+/// determines the state of robot and piece by ledger, gripper and camera. The thread of run() makes all calls
+/// but go_on() and RobotPort::stop().
 class Worker {
  public:
   using Ports = WorkerPorts;
 
-  /// `cell`, of which `robot` is one, and the ports must outlive the worker. `who` names this process in the
-  /// ledger; no other process may have that name.
+  /// `cell`, its robot `robot` and the ports must outlive the worker. `who` names this process in the ledger
+  /// and must be unique among processes.
   Worker(const CellConfig& cell, const CellRobot& robot, Ports ports, std::string who,
          WorkStatus::Report report, std::stop_token stop, WorkStatus::OnActivity on_activity = {});
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
   virtual ~Worker() = default;
 
-  /// Works until a stop is requested. Where a person is needed it waits for go_on().
+  /// Works until a stop is requested. Waits for go_on() if the work needs a person.
   void run();
-  /// From any thread: a person has looked at what the work waits for, and says Start.
+  /// Continues the work after a person's Start. Any thread may call it.
   void go_on();
-  /// While it runs, from its thread: a command waits for the end of a pause, or does not any more.
+  /// Notes that a command starts or ends its wait for the end of a pause. Only the thread of run() calls it.
   void set_paused(bool is_paused) { status_.set_activity(is_paused ? Activity::kIdle : Activity::kMoving); }
-  /// From any thread: waits until the worker waits for a person, and its claim says so. False: not until then.
+  /// Waits until the worker waits for a person and its claim is marked. Returns false at `gives_up`. Any
+  /// thread may call it.
   [[nodiscard]] bool lets_go(std::chrono::steady_clock::time_point gives_up);
-  /// Once run() has returned: takes back a reservation that nothing has touched, leaves the zone where the
-  /// tool is back at its wait pose, and gives back claim and control. Throws nothing.
+  /// Releases everything after run() has returned: withdraws an untouched reservation, and releases claim and
+  /// control. Leaves the zone if the tool is at its wait pose. A marked claim of a stopped cell stays. Throws
+  /// nothing.
   void finish();
   [[nodiscard]] Corbot::RobotWork status() const { return status_.get(); }
 
  protected:
-  /// Waits until the intent is in the ledger. Virtual for a test: its checker must find a worker that does
-  /// not wait.
+  /// Waits until the intent is in the ledger. Virtual for a test, which checks that it detects a worker
+  /// without this wait.
   virtual void await_intent(std::future<void>& intent) { intent.get(); }
 
  private:
   void work();
   void count_anew_after_answer();
   void end_motion_fault(const std::string& text);
-  /// Adds to the text what goes on with the work: Start, and nothing else.
+  /// Waits for a person's Start. Appends the command for it to the text.
   void await_start(Corbot::WorkState state, const std::string& text);
   void await_person(Corbot::WorkState state, const std::string& text, const std::function<bool()>& is_over);
   bool give_back_control();
   [[nodiscard]] int starts();
 
-  // Resolution.
+  // Resolution of the state.
   std::optional<Transfer> resolve();
   void connect();
   std::string take_robot();
@@ -96,7 +98,7 @@ class Worker {
   void approach(const Transfer& transfer, const ToolGoal& goal, Corbot::TransferStep intent);
   void retreat(const ToolGoal& goal);
   ToolGoal grasp_goal(const Transfer& transfer, const Place& place, const Eigen::Vector3d& foot) const;
-  /// The message of a failure names `at`, a place or a point there.
+  /// Takes a picture. The message of a failure names `at`, a place or a point on it.
   [[nodiscard]] Corbot::Frame look(const std::string& at);
   bool sees_piece_at(const Place& place, const Eigen::Vector3d& foot);
 
@@ -128,21 +130,21 @@ class Worker {
   WorkStatus status_;
 
   Corbot::ClaimToken token_{0};
-  bool is_marked_{false};       ///< the claim says that its holder waits for a person
-  std::string zone_{};          ///< the shared place whose zone the robot is in
-  const char* step_{"begin"};   ///< of the recipe, for messages
-  int failures_{0};             ///< failed picks in a row
-  std::string motion_fault_{};  ///< the last
-  int equal_faults_{0};         ///< of that text in a row
-  int heeded_{0};               ///< Starts that no longer pass on a claim whose holder waits for a person
-  std::string last_fault_{};    ///< that interrupted the work
-  std::chrono::steady_clock::time_point interrupted_{};  ///< since then the work is being resumed
-  std::mutex mutex_{};                                   ///< for what follows
+  bool is_marked_{false};       ///< the claim has the mark of a waiting holder
+  std::string zone_{};          ///< shared place whose zone the robot is in; empty: none
+  const char* step_{"begin"};   ///< step of the recipe, for messages
+  int failures_{0};             ///< consecutive failed picks
+  std::string motion_fault_{};  ///< text of the last motion fault
+  int equal_faults_{0};         ///< consecutive faults with this text
+  int heeded_{0};               ///< Starts so far that cannot replace a marked claim any more
+  std::string last_fault_{};    ///< text of the last fault that interrupted the work
+  std::chrono::steady_clock::time_point interrupted_{};  ///< begin of the attempts to resume the work
+  std::mutex mutex_{};                                   ///< guards starts_ and has_let_go_
   std::condition_variable_any gone_on_{};
-  int starts_{0};                            ///< answers of a person
-  int counted_starts_{0};                    ///< since then `failures_` and `left_out_` count
-  bool has_let_go_{false};                   ///< it waits for a person, and its claim says so
-  std::vector<Eigen::Vector3d> left_out_{};  ///< feet of pieces that the robot cannot reach
+  int starts_{0};                            ///< Starts by a person
+  int counted_starts_{0};                    ///< `starts_` at the last reset of the counts
+  bool has_let_go_{false};                   ///< waits for a person, with a marked claim
+  std::vector<Eigen::Vector3d> left_out_{};  ///< foot positions of pieces out of the robot's reach
 };
 
 }  // namespace corbot::cell

@@ -9,7 +9,7 @@
 
 namespace corbot::cell {
 
-/// A point for the tool, world, metres, and the key of cell.toml that decides where it is.
+/// A point for the tool, world, in metres, and the key of cell.toml that determines the point.
 struct ToolGoal {
   Eigen::Vector3d point{};
   std::string key{};
@@ -20,29 +20,29 @@ struct ToolGoal {
 /// "(0.081, 0.243, 0.000) m"
 [[nodiscard]] std::string describe(const Eigen::Vector3d& point);
 
-/// A robot that takes points of the world. Commands throw WorkEnded once a stop is requested; PointRefused
-/// where the robot does not reach the point; MotionFault at any other fault. Both texts have the point in both
-/// frames and the place; that of PointRefused also has the key.
+/// A robot that accepts points in the world frame. Commands throw WorkEnded once a stop is requested,
+/// PointRefused if the point is out of reach, and MotionFault at any other fault. The texts of both faults
+/// name the place and the point in both frames. The text of PointRefused also names the key.
 class WorldRobot {
  public:
-  /// All must outlive it.
+  /// `robot` and `port` must outlive the instance.
   WorldRobot(const CellRobot& robot, RobotPort& port, std::stop_token stop);
 
-  void speed(const ToolGoal& at);  ///< that of the robot's configuration
+  void speed(const ToolGoal& at);  ///< sets the configured speed
   void open(const ToolGoal& at);
   void close(const ToolGoal& at);
-  void settle(const ToolGoal& at);  ///< stands still before the gripper moves
-  /// Free motion to the point, or to the height of approach over it.
+  void settle(const ToolGoal& at);  ///< waits at rest before the gripper moves
+  /// Moves freely to the point, or to the approach height above it.
   void move(const ToolGoal& goal);
   void move_above(const ToolGoal& goal);
-  /// Straight lines between that height and the point, at the speed of approach.
+  /// Moves on a straight line between the approach height and the point, at the approach speed.
   void descend(const ToolGoal& goal);
   void ascend(const ToolGoal& goal);
-  /// A straight line at the speed of approach, up to that height of the world.
+  /// Moves straight up to `height_m` in the world frame, at the approach speed.
   void rise(const Eigen::Vector3d& tool, double height_m, const ToolGoal& to);
-  /// Where the tool is at rest.
+  /// Waits for rest and returns the tool's position.
   [[nodiscard]] Eigen::Vector3d rest_position();
-  /// Whether the tool is at rest within `tolerance_m` of the point.
+  /// Tells if the tool is at rest within `tolerance_m` of the point.
   [[nodiscard]] bool is_at(const ToolGoal& goal, double tolerance_m);
 
  private:

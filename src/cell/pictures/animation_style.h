@@ -6,7 +6,7 @@
 
 namespace corbot::cell {
 
-// Colours of M. Okabe and K. Ito, distinct for most colour-blind people, and their tints.
+// The palette of M. Okabe and K. Ito, distinct for most colour-blind people, and tints of it.
 inline constexpr const char* kAnimationStyle =
     "text{font:20px system-ui,-apple-system,'Segoe UI',Roboto,'DejaVu Sans',sans-serif;fill:#24292f}"
     ".dim{fill:#59636e}.panel{fill:#fff;stroke:#d0d7de}.table{fill:#f3f4f6}"

@@ -18,14 +18,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kFactor = 4;  // faster than real
+constexpr double kFactor = 4;  // the animation is so many times faster than the run
 constexpr double kBefore_s = 0.5;
 constexpr double kAfter_s = 4;
-constexpr double kPoster = 0.4;  // share of the time that a viewer without animations shows
+constexpr double kPoster = 0.4;  // share of the time at which a static viewer's picture is
 constexpr double kFinest = 0.4;
 constexpr double kCoarsest = 12;
-constexpr double kLetter = 10.5;  // average width
-constexpr double kRow = 34;       // of the legend
+constexpr double kLetter = 10.5;  // average width of a letter
+constexpr double kRow = 34;       // height of a row of the legend
 constexpr double kMark = 11;      // radius of a piece in the legend
 constexpr double kShortestPause_s = 0.3;
 
@@ -52,7 +52,7 @@ ViewFromAbove view_of(const CellConfig& cell, const SceneRecord& record) {
 
 std::string pair(double a, double b) { return svg_number(a) + (b < -0.05 ? "" : " ") + svg_number(b); }
 
-/// "M1 2 3 4M...": lines from point to point, two points each.
+/// Returns SVG path data for lines. Four values are the two end points of a line.
 std::string lines(const std::vector<double>& v) {
   std::string text;
   for (std::size_t i = 0; i + 3 < v.size(); i += 4)
@@ -104,7 +104,7 @@ class Animation {
     add("<text x=\"{}\" y=\"{}\" {}>{}</text>\n", svg_number(x), svg_number(y), attributes, svg_text(text));
   }
 
-  /// To each kind the nearest colour that no kind before it has.
+  /// Gives each kind the nearest colour that no previous kind has.
   void choose_labels() {
     std::vector<LabelColour> left(kLabelColours.begin(), kLabelColours.end());
     for (const Kind& kind : cell_.kinds) {
@@ -170,7 +170,7 @@ class Animation {
     }
   }
 
-  /// Above the place, or below it where there is no room.
+  /// Adds the name above the place, or below it if the place is shared or near the upper edge.
   void add_name(const Place& place) {
     const Vector2d middle = view_(place.frame.position_m);
     double above = middle.y();
@@ -216,7 +216,7 @@ class Animation {
     return played(track, play_);
   }
 
-  /// The values of the track's poster, and its animation.
+  /// The values of a track in the static picture, and the track's animation.
   struct Moved {
     std::string poster;
     std::string animation;
@@ -243,7 +243,7 @@ class Animation {
     return kind == nullptr ? largest_m() : kind->diameter_m;
   }
 
-  /// A piece: its body, the label in the colour of its kind, and a mark by which a kind is known without
+  /// Adds a piece: body, label in the colour of its kind, and a mark that identifies the kind without
   /// colours.
   void add_mark(const std::string& kind, double radius) {
     const auto label =
@@ -270,7 +270,7 @@ class Animation {
     }
   }
 
-  /// The piece once more, visible while a hand holds it that would hide it.
+  /// Adds a second drawing of the piece above the hand, visible only while a hand holds the piece.
   void add_held(std::size_t number) {
     std::vector<Jump> jumps;
     for (const SceneSample& sample : record_.samples) {
@@ -282,8 +282,8 @@ class Animation {
     add("<g opacity=\"0\">{}<use href=\"#p{}\"/></g>\n", animation, number);
   }
 
-  /// A link is one animated line, which is drawn as its shadow, edge, body and joint. Shadows are below all
-  /// pieces.
+  /// Defines the animated line of each link, and adds the shadows below all pieces. The other functions draw
+  /// edge, body and joint with the same lines.
   void add_shadow(std::size_t number) {
     const std::vector<double>& radii_m = record_.cast.arms[number].radii_m;
     add("<defs>\n");
@@ -306,7 +306,7 @@ class Animation {
     add("</g>\n");
   }
 
-  /// What stands below it shows through.
+  /// Adds the hand, half transparent, so that pieces below it stay visible.
   void add_hand(std::size_t number) {
     if (record_.cast.arms[number].radii_m.empty()) return;
     add("<g class=\"link\" opacity=\".5\">");
@@ -314,13 +314,13 @@ class Animation {
     add("</g>\n");
   }
 
-  /// The rest of it: from above the forearm hides the hand, and so on to the base.
+  /// Adds the other links of an arm from the forearm to the base: each link covers the link added before.
   void add_arm(std::size_t number) {
     const std::vector<double>& radii_m = record_.cast.arms[number].radii_m;
     const std::size_t colour = number % kArmColours;
     add("<g class=\"link\">\n<use href=\"#a{0}f\" class=\"e{1}\" stroke-width=\"6\"/>\n", number, colour);
     for (std::size_t i = radii_m.size(); i > 1; --i) add_link(number, i - 2);
-    for (std::size_t i = 1; i < radii_m.size(); ++i) {  // a dash without length: the beginning of the link
+    for (std::size_t i = 1; i < radii_m.size(); ++i) {  // a dash of length 0 marks the beginning of the link
       add("<use href=\"#a{}l{}\" class=\"e{}\" stroke-width=\"{}\" stroke-dasharray=\"0 9999\"/>", number, i,
           colour, svg_number(0.8 * view_.length(radii_m[i])));
     }
@@ -338,7 +338,8 @@ class Animation {
     add("<use href=\"#a{}l{}\" class=\"{}\" stroke-width=\"{}\"/>", arm, link, style, svg_number(width));
   }
 
-  /// Two short lines along the hand, as far apart as the fingers are, or as the piece between them is wide.
+  /// Returns two short lines, the fingers. Their distance is the opening, or the held piece's diameter if
+  /// larger.
   [[nodiscard]] std::vector<double> fingers_of(const SceneSample& sample, std::size_t number) const {
     constexpr double kFinger_m = 0.003;
     constexpr double kLength_m = 0.014;
@@ -367,7 +368,7 @@ class Animation {
     return 26 + std::min(0.4 * kViewWidth, kLetter * static_cast<double>(letters) + 14);
   }
 
-  /// When each arm moved, and a line that goes with the time.
+  /// Adds a bar for each motion of each arm, and a line that moves with the time.
   void add_timeline() {
     const double left = time_left();
     const double width = kTimeRight - left;
@@ -401,7 +402,7 @@ class Animation {
         svg_number(width));
   }
 
-  /// Some six of them.
+  /// Returns the distance between two ticks, so that there are at most about 8.
   static double tick_s(double span_s) {
     for (const double step_s : {1, 2, 5, 10, 20, 30, 60, 120, 300, 600}) {
       if (span_s / step_s <= 8) return step_s;
@@ -409,8 +410,8 @@ class Animation {
     return 1800;
   }
 
-  /// Where the kinds are in the legend: distance from the left, and row. The last one is behind the last
-  /// kind.
+  /// Returns the kinds' positions in the legend: distance from the left, and row. An additional last position
+  /// follows the last kind.
   [[nodiscard]] std::vector<Vector2d> label_at() const {
     std::vector<Vector2d> at{{26, 0}};
     for (const Label& label : labels_) {

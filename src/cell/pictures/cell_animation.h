@@ -9,11 +9,12 @@
 
 namespace corbot::cell {
 
-/// The animation is drawn more coarsely until it is below this, as far as `kCoarsest`.
+/// The size that the animation should not exceed. cell_animation() coarsens the motions for it, up to
+/// `kCoarsest`.
 inline constexpr std::size_t kAnimation_bytes = 290'000;
 
-/// An SVG of the cell from above in which arms and pieces move as in the record. It has no script, repeats
-/// for ever, and follows the viewer's light or dark scheme.
+/// Returns an SVG of the cell from above in which arms and pieces move as in the record. The SVG has no
+/// script, repeats forever, and follows the viewer's light or dark scheme.
 [[nodiscard]] std::string cell_animation(const CellConfig& cell, const SceneRecord& record);
 
 }  // namespace corbot::cell

@@ -9,12 +9,12 @@
 
 namespace corbot::cell {
 
-/// How much the arms of a run moved, from the first motion of an arm to the last.
+/// The extent of the arms' motion in a run, from the first motion of an arm to the last.
 struct SceneMotion {
-  double begin_s{};  ///< of the record's time
+  double begin_s{};  ///< time of the first motion, in the record's time
   double duration_s{};
-  double both_move_share{};                    ///< of the duration: two arms or more moved
-  std::map<std::string, double> moving_share;  ///< by the arm's name
+  double both_move_share{};                    ///< share of the duration in which at least two arms moved
+  std::map<std::string, double> moving_share;  ///< shares of the duration, by the arm's name
 };
 
 struct TimeSpan {
@@ -22,11 +22,12 @@ struct TimeSpan {
   double to_s{};
 };
 
-/// When an arm moved: a point of it by 2 mm/s or more. Pauses shorter than `shortest_pause_s` are left out.
+/// Returns the times in which an arm moved, that is, one of its points had at least 2 mm/s. Ignores pauses
+/// shorter than `shortest_pause_s`.
 [[nodiscard]] std::vector<TimeSpan> moving_spans(const SceneRecord& record, std::size_t arm,
                                                  double shortest_pause_s = 0);
 
-/// All 0 where no arm moved.
+/// Returns the arms' motion in a run; all 0 if no arm moved.
 [[nodiscard]] SceneMotion scene_motion(const SceneRecord& record);
 
 }  // namespace corbot::cell

@@ -9,7 +9,7 @@
 namespace corbot::cell {
 namespace {
 
-/// How far a key's values are from the straight lines between two others.
+/// Returns the largest deviation of a key's values from the straight lines between two other keys.
 double deviation(const Key& key, const Key& from, const Key& to) {
   const double span_s = to.time_s - from.time_s;
   const double share = span_s > 0 ? (key.time_s - from.time_s) / span_s : 0;

@@ -9,11 +9,11 @@
 
 namespace corbot::cell {
 
-// Lengths of the drawing are units of its view box, which a screen shows at any size.
+// Lengths of the drawing are in units of its view box, which scales to any size.
 inline constexpr double kViewWidth = 800;
 inline constexpr double kViewMargin = 26;
 
-/// The cell from above, to a scale, turned where it is longer along y than along x.
+/// Maps the cell, seen from above, to the drawing. Turns it if it is longer along y than along x.
 class ViewFromAbove {
  public:
   void take(const Eigen::Vector3d& point, double around_m = 0) {
@@ -36,7 +36,7 @@ class ViewFromAbove {
   }
   [[nodiscard]] double length(double length_m) const { return length_m * scale_; }
   [[nodiscard]] double height() const { return height_; }
-  /// Right and up.
+  /// Returns the names of the axes that point to the right and up.
   [[nodiscard]] std::pair<const char*, const char*> axes() const {
     return is_turned_ ? std::pair("\xe2\x88\x92y", "x") : std::pair("x", "y");
   }

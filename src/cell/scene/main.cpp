@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot-scene: the simulated world of a cell.
+// corbot-scene simulates the world of a cell.
 #include "cell/scene/scene_program.h"
 
 int main(int argc, char** argv) { return corbot::cell::scene_main(argc, argv); }

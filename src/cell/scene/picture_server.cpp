@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMostClients = 8;
 constexpr std::int64_t kTakeWithin_ns = 2'000'000'000;
-/// How often a wait looks whether it is to stop.
+/// The period in which a wait checks for a requested stop.
 constexpr int kLook_ms = 100;
 
 }  // namespace
@@ -64,7 +64,7 @@ void PictureServer::serve_all(const std::vector<pollfd>& ready, const std::stop_
 }
 
 bool PictureServer::make_room() {
-  // One that has just asked is served next.
+  // A client with a waiting request is not idle: it is served next.
   const auto is_idle = [](int client) {
     char byte = 0;
     return ::recv(client, &byte, 1, MSG_PEEK | MSG_DONTWAIT) <= 0;

@@ -17,17 +17,18 @@
 
 namespace corbot::cell {
 
-/// The scene's pictures at a Unix socket, mode 0600, as picture_wire.h has it. A client gets a picture for
-/// each byte that it sends, one client after the other; one that does not take its picture within 2 s is
-/// dropped. Where all places are taken, the client that was idle for longest is closed for the next.
+/// Serves the scene's pictures at a Unix socket, mode 0600, by the protocol of picture_wire.h. A client gets
+/// a picture for each byte that it sends. The server serves one client at a time, and drops a client that
+/// does not take its picture within 2 s. At the limit of clients, a new client replaces the one idle for
+/// longest.
 class PictureServer {
  public:
-  /// Draws a view: rows of pixels, blue, green, red. Called in the thread of run().
+  /// Draws a view: rows of pixels, each blue, green, red. Runs in the thread of run().
   using Draw = std::function<const std::vector<std::uint8_t>&(const SceneView& view)>;
-  /// The scene at an instant after the call; nothing where it does not respond.
+  /// Returns the scene at an instant after the call, or nothing if the scene does not respond.
   using Look = std::function<std::optional<SceneView>()>;
 
-  /// Listens. `size_px`: columns and rows of what is drawn. Throws std::runtime_error.
+  /// Listens at the socket. `size_px` is columns and rows of a picture. Throws std::runtime_error.
   PictureServer(const std::filesystem::path& socket, std::array<int, 2> size_px, Look look, Draw draw);
   PictureServer(const PictureServer&) = delete;
   PictureServer& operator=(const PictureServer&) = delete;
@@ -38,9 +39,9 @@ class PictureServer {
 
  private:
   void serve_all(const std::vector<pollfd>& ready, const std::stop_token& stop);
-  /// Closes the client that was idle for longest. False where all have asked for a picture.
+  /// Closes the client idle for longest. Returns false if all clients wait for a picture.
   [[nodiscard]] bool make_room();
-  /// False where the client is to be dropped.
+  /// Serves one client. Returns false if the client must be dropped.
   [[nodiscard]] bool serve(int client, const std::stop_token& stop);
   [[nodiscard]] static bool send_all(int client, std::span<const std::uint8_t> bytes,
                                      std::int64_t deadline_ns, const std::stop_token& stop);
@@ -49,7 +50,7 @@ class PictureServer {
   std::array<int, 2> size_px_;
   Look look_;
   Draw draw_;
-  std::vector<int> clients_;  ///< the one that was idle for longest first
+  std::vector<int> clients_;  ///< the client idle for longest is first
   std::uint64_t number_{0};
 };
 

@@ -21,12 +21,12 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// The port in a profile whose controller is the scene's.
+/// The port of a profile whose servo controller the scene simulates.
 constexpr std::string_view kPort = "unix:SCENE/NAME.servos";
-/// As good servos are.
+/// The values of good servos.
 constexpr sim::ServoModelOptions kServo{.dead_band_us = 2, .lag_s = 0.02};
 
-constexpr double kHandRoom_m = 0.08;  // between a piece that a person puts down and a hand
+constexpr double kHandRoom_m = 0.08;  // least distance between a new piece and a hand
 constexpr std::string_view kElsewhere = "elsewhere";
 
 }  // namespace
@@ -145,7 +145,7 @@ std::string Scene::command(std::string_view line) {
   return place == nullptr ? fmt::format("error: no place '{}'", words[1]) : empty(*place);
 }
 
-/// Nobody puts a piece under a hand, or beside another one.
+/// Puts down new pieces up to the initial count, none under a hand or too close to another piece.
 std::string Scene::refill() {
   const std::vector<sim::Piece> wanted = scattered(cell_.scene->seed + ++commands_);
   const std::optional<PieceRoom> room = piece_room(cell_);

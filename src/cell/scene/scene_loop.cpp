@@ -12,7 +12,8 @@
 namespace corbot::cell {
 namespace {
 
-/// After a longer delay, as of a suspended computer, the time before the last ticks is left out.
+/// The longest delay whose ticks are simulated later. The loop skips the time before, for example after a
+/// suspend.
 constexpr std::int64_t kLongestCatchUp_ns = 10'000'000'000;
 
 }  // namespace

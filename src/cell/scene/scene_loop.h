@@ -15,13 +15,13 @@
 
 namespace corbot::cell {
 
-/// Runs a scene in real time in one thread: ticks at absolute times, and the controllers' sockets between
-/// them. After a delay the ticks that are due are simulated one by one, and what has come in meanwhile counts
-/// as come now.
+/// Runs a scene in real time in one thread. Ticks are at absolute times; the loop serves the controllers'
+/// sockets between them. After a delay the loop simulates the due ticks one by one. Requests received
+/// meanwhile count as received after them.
 class SceneLoop {
  public:
-  /// `on_sample` is called in this thread, `kSample_ns` apart until the first command, and must not wait. `input` has lines
-  /// for Scene::command(); null: there are none.
+  /// run() calls `on_sample` every `kSample_ns` until the first command that changes pieces; the function
+  /// must not block. `input` gives lines for Scene::command(); null: none.
   explicit SceneLoop(Scene& scene, std::function<void(SceneSample)> on_sample = {},
                      sim::ControlInput* input = nullptr)
       : scene_(scene), on_sample_(std::move(on_sample)), input_(input) {}
@@ -30,10 +30,10 @@ class SceneLoop {
   /// Simulates until a stop is requested.
   void run(const std::stop_token& stop);
 
-  /// The scene at a tick that begins after this call; nothing where there is none within `wait`. From another
-  /// thread.
+  /// Returns the scene at a tick that begins after this call, or nothing if there is none within `wait`. Call
+  /// it from another thread than run().
   [[nodiscard]] std::optional<SceneView> look(std::chrono::milliseconds wait);
-  /// Wake-ups that came a tick or more too late. After the end of run().
+  /// Returns the number of wake-ups at least one tick late. Call it after run() has returned.
   [[nodiscard]] std::uint64_t overruns() const { return overruns_; }
 
  private:
@@ -50,8 +50,8 @@ class SceneLoop {
 
   std::mutex mutex_;
   std::condition_variable looked_;
-  std::int64_t asked_ns_{0};  ///< time of the last look; guarded by the mutex, as the next line
-  SceneView view_;            ///< the last one that a look asked for
+  std::int64_t asked_ns_{0};  ///< time of the last look; the mutex guards it and view_
+  SceneView view_;            ///< last view for a look
 };
 
 }  // namespace corbot::cell

@@ -23,11 +23,11 @@ namespace corbot::cell {
 namespace {
 
 constexpr std::chrono::milliseconds kLookWithin{1000};
-/// A servo controller has a processor of its own. Its emulation gets a real-time priority where the user may have one, below
-/// every task's: a line that is silent for half a second is a lost device.
+/// The real-time priority of the servo controllers' emulation if the user may have one. The priority is below
+/// every real-time task's. A line that is silent for half a second counts as a lost device.
 constexpr int kPriority = 1;
 
-/// A thread whose failure ends the program; rethrow() is for after its end.
+/// A thread whose exception ends the program. join() rethrows the exception.
 class Worker {
  public:
   explicit Worker(const std::function<void(const std::stop_token&)>& work)

@@ -7,7 +7,7 @@
 
 namespace corbot::cell {
 
-/// This is main() of corbot-scene. Programs of tests plant faults in the scene by `make_after_tick`.
+/// Implements main() of corbot-scene. Test programs inject faults into the scene by `make_after_tick`.
 [[nodiscard]] int scene_main(
     int argc, char** argv,
     const std::function<Scene::AfterTick(const CellConfig& cell)>& make_after_tick = {});

@@ -10,16 +10,16 @@
 
 namespace corbot::cell {
 
-/// Writes the record of a run. The scene's loop only appends to a queue; the file is another thread's.
+/// Writes the record of a run. The scene's loop only appends to a queue; another thread writes the file.
 class SceneRecorder {
  public:
   SceneRecorder(std::filesystem::path file, SceneCast cast)
       : file_(std::move(file)), cast_(std::move(cast)) {}
 
-  /// Waits for no file. Samples beyond a hundred seconds that are not yet written are left out.
+  /// Queues a sample without waiting for the file. Drops it if the queue already holds a hundred seconds.
   void add(SceneSample sample);
-  /// Writes what has come, until a stop is requested and all is written. A file that cannot be written is a
-  /// warning in the log, and the end of the record: the work goes on.
+  /// Writes the queue until a stop is requested and all samples are written. If the file cannot be written,
+  /// the record ends with a warning in the log, and the work continues.
   void run(const std::stop_token& stop);
 
  private:

@@ -14,8 +14,8 @@ namespace {
 
 constexpr int kBusyTimeout_ms = 5000;
 
-/// SQLite itself would make it readable for others. A file that exists is not opened here: to close it would
-/// end the locks that another connection of this process has.
+/// Creates the file for this user only, since SQLite would make it readable for others. Does not open an
+/// existing file: closing it would release the locks of this process's other connections.
 void make_private_file(const std::string& file) {
   const int fd = ::open(file.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600);
   if (fd < 0 && errno != EEXIST) throw DatabaseError(fmt::format("{}: {}", file, std::strerror(errno)));
@@ -78,8 +78,8 @@ std::string Statement::text(int column) const {
   return text == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(text));
 }
 
-/// SQLite takes $3 for a name, and counts it by its first use. An index of 0, for a parameter that is
-/// missing, is an error of bind.
+/// Returns SQLite's index of a parameter: SQLite treats $3 as a name, and numbers names by first use. A
+/// missing parameter has the index 0, which bind() refuses.
 int Statement::index_of(int number) const {
   return sqlite3_bind_parameter_index(statement_.get(), fmt::format("${}", number).c_str());
 }

@@ -14,25 +14,25 @@ struct sqlite3_stmt;
 
 namespace corbot::cell {
 
-/// The database failed: its text names the file and the cause. The transaction under way has changed nothing.
+/// The database failed. The text names the file and the cause. The current transaction has changed nothing.
 class DatabaseError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// In place of a file: the database is in the memory of this process, and ends with its connection.
+/// The path of a database in this process's memory, which ends with its connection.
 inline constexpr const char* kInMemory = ":memory:";
 
-/// One connection to an SQLite file, for one thread at a time. Everything here throws DatabaseError.
+/// One connection to an SQLite file, for one thread at a time. All functions throw DatabaseError.
 class Database {
  public:
-  /// Makes the file, mode 0600, where it is not there. A commit is on the disk when it returns; a locked file
-  /// is waited for, 5 s.
+  /// Opens the file, and creates it with mode 0600 if necessary. A commit returns when it is on the disk.
+  /// Calls wait up to 5 s for a locked file.
   explicit Database(const std::filesystem::path& file);
 
-  /// Carries out statements without parameters and results.
+  /// Carries out SQL statements without parameters and results.
   void run(const char* sql);
-  /// The number of rows that the last statement changed.
+  /// Returns the number of rows that the last statement changed.
   [[nodiscard]] int changed_rows() const;
 
  private:
@@ -48,8 +48,8 @@ class Database {
   std::unique_ptr<sqlite3, Close> connection_;
 };
 
-/// One statement with its parameters $1, $2 and so on: std::int64_t, int, double, text, or an optional int,
-/// which is NULL where it has no value.
+/// One statement with its parameters $1, $2 and so on. A parameter is a std::int64_t, int, double, text, or
+/// optional int; an empty optional is NULL.
 class Statement {
  public:
   Statement(Database& database, const char* sql);
@@ -59,9 +59,9 @@ class Statement {
     (bind(++number, values), ...);
   }
 
-  /// Goes to the next row; false after the last one.
+  /// Steps to the next row. Returns false after the last one.
   bool next();
-  /// The present row's columns, counted from 0.
+  /// Return the current row's columns, counted from 0.
   [[nodiscard]] std::int64_t integer(int column) const;
   [[nodiscard]] double number(int column) const;
   [[nodiscard]] std::string text(int column) const;
@@ -91,7 +91,7 @@ int execute(Database& database, const char* sql, const Values&... values) {
   return database.changed_rows();
 }
 
-/// Begins a transaction, which ends without effect unless it is committed.
+/// A transaction. The destructor rolls it back unless commit() was called.
 class Transaction {
  public:
   explicit Transaction(Database& database);

@@ -39,21 +39,21 @@ bool is_allowed(TransferStep from, TransferStep to) {
   }
 }
 
-/// Numbers of the interface as the database has them. No number in the ledger is as large as those that do
-/// not fit.
+/// Converts an IDL number to the database's type. A number that does not fit becomes the largest one, which
+/// no row of the ledger has.
 std::int64_t stored(unsigned long long number) {
   constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
   return number > static_cast<unsigned long long>(kMost) ? kMost : static_cast<std::int64_t>(number);
 }
 
-/// The value is a number that the reason is about: the argument, or a text's length.
+/// Returns a BadParameter. The value is the argument's number, or the length of a text argument.
 Corbot::BadParameter bad(const char* argument, double value, const std::string& reason) {
   return {argument, value, reason.c_str()};
 }
 
 Corbot::BadParameter unknown(const char* argument, const std::string& name, const std::string& cell) {
   const std::string shown =
-      is_name(name) ? "'" + name + "'" : "a text that is no name";  // nothing unprintable goes back
+      is_name(name) ? "'" + name + "'" : "a text that is no name";  // no unprintable text in the reply
   return bad(argument, static_cast<double>(name.size()),
              fmt::format("{} is no {} of cell '{}'", shown,
                          std::string_view(argument) == "robot" ? "robot" : "place", cell));
@@ -84,7 +84,7 @@ void check_sightings(const Corbot::Sightings& seen) {
 
 }  // namespace
 
-/// A place in the queue for a zone.
+/// A position in the queue for a zone.
 class Ledger::Turn {
  public:
   Turn(Ledger& ledger, Corbot::ClaimToken token, const std::string& place) : ledger_(ledger) {
@@ -121,8 +121,8 @@ void Ledger::end_waiting() {
   changed_.notify_all();
 }
 
-/// One transaction, tried again until the deadline while it raises what a call may wait for. The first
-/// statement locks the cell.
+/// Carries out `body` in one transaction, which locks the cell first. Repeats it until the time-out while it
+/// throws Empty, Full or Occupied.
 void Ledger::transact(double timeout_s, const std::function<void()>& body) {
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
@@ -191,7 +191,7 @@ Corbot::ClaimToken Ledger::claim(const std::string& robot, const std::string& wh
 void Ledger::release(Corbot::ClaimToken token) {
   transact(0, [&] {
     const auto row = tables_.token(stored(token));
-    if (row && row->present == 0) return;  // repeated
+    if (row && row->present == 0) return;  // repeated call
     tables_.end_claim_of(robot_of(token));
   });
 }
@@ -235,7 +235,7 @@ void Ledger::advance(Corbot::ClaimToken token, Corbot::PieceNumber piece, Transf
   check_text("note", note, 0, kLongestNote);
   transact(0, [&] {
     const std::string robot = robot_of(token);
-    if (tables_.is_last_event(stored(piece), robot, step)) return;  // repeated
+    if (tables_.is_last_event(stored(piece), robot, step)) return;  // repeated call
     const auto transfer = transfer_of(robot);
     if (!transfer) throw Corbot::WrongStep(Corbot::StepPlaced, step);
     if (transfer->piece != piece)
@@ -262,7 +262,7 @@ void Ledger::enter(Corbot::ClaimToken token, const std::string& place, double ti
   transact(timeout_s, [&] {
     const std::string robot = robot_of(token);
     const auto zone = tables_.zone(place);
-    if (zone_check_ == ZoneCheck::kOff || (zone && zone->robot == robot)) return;  // the second: repeated
+    if (zone_check_ == ZoneCheck::kOff || (zone && zone->robot == robot)) return;  // a repeated call
     if (zone) throw Corbot::Occupied(place.c_str(), zone->robot.c_str(), zone->since);
     const auto first = std::find_if(waiters_.begin(), waiters_.end(),
                                     [&](const Waiter& waiter) { return waiter.place == place; });
@@ -276,7 +276,7 @@ void Ledger::leave(Corbot::ClaimToken token, const std::string& place) {
   transact(0, [&] { tables_.delete_zone(place, robot_of(token)); });
 }
 
-/// A slot that is free, or somewhere in an area.
+/// Returns the spot of a free slot, or of an area.
 Corbot::Spot Ledger::spot_in(const Place& place, int slot) {
   Corbot::Spot spot;
   spot.place = place.name.c_str();
@@ -303,10 +303,10 @@ void Ledger::resolve(Corbot::PieceNumber piece, const std::string& place, int sl
   const std::int64_t number = stored(piece);
   transact(0, [&] {
     const std::string state = tables_.state_of(number);
-    if (state == "gone" && to == nullptr) return;  // repeated
+    if (state == "gone" && to == nullptr) return;  // repeated call
     if (state == "stands" && to != nullptr && to->slots) {
       const Corbot::Spot spot = tables_.spot_of_piece(number);
-      if (place == spot.place.in() && slot == spot.slot) return;  // repeated
+      if (place == spot.place.in() && slot == spot.slot) return;  // repeated call
     }
     if (state != "unclear")
       throw bad("piece", static_cast<double>(piece),
@@ -314,7 +314,7 @@ void Ledger::resolve(Corbot::PieceNumber piece, const std::string& place, int sl
     const Corbot::Spot was = tables_.spot_of_piece(number);
     const std::string note = "by " + who;
     if (to == nullptr) return tables_.write_word(number, Corbot::StepGone, was, note);
-    if (place == was.place.in() && slot == was.slot && to->slots)  // its own slot, which it blocks
+    if (place == was.place.in() && slot == was.slot && to->slots)  // the piece itself blocks this slot
       return tables_.write_word(number, Corbot::StepPlaced, was, note);
     tables_.write_word(number, to->slots ? Corbot::StepPlaced : Corbot::StepWithdrawn, spot_in(*to, slot),
                        note);

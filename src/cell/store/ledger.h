@@ -15,29 +15,30 @@
 
 namespace corbot::cell {
 
-/// kOff: zones keep no robot out, and a robot may pick and place outside of them. No program uses it, tests do.
+/// Selects the check of zones. With kOff zones keep no robot out, and a robot may pick and place without a
+/// zone. Only tests use kOff.
 enum class ZoneCheck { kOn, kOff };
 
-/// The rules of the interface Store over one ledger; idl/cell.idl describes each call. Metres, degrees,
-/// seconds since the Unix epoch; time-outs in seconds. Throws the exceptions of the IDL, and DatabaseError,
-/// after which nothing is changed. For any number of threads. A call that waits tries again after each change
-/// here, and each 200 ms for changes by other processes.
+/// Implements the rules of the interface Store over one ledger; idl/cell.idl describes each call. Units are
+/// metres, degrees, and seconds since the Unix epoch; time-outs are in seconds. Throws the exceptions of the
+/// IDL, and DatabaseError; a failed call changes nothing. Any number of threads may use it. A waiting call
+/// retries after each change in this process, and every 200 ms for changes by other processes.
 ///
-/// A repeated call: Claim raises Claimed with the caller's own `who` and the token that the first call took.
-/// Release, Enter and Leave return. Reserve returns the transfer while that is StepReserved. Advance returns
-/// where the piece's last event is that step of that robot, the ends included. Resolve returns where the piece is
-/// as it says already. Every call first needs a token
-/// that is the present one of its robot, except a repeated Release while nothing else has claimed the robot.
+/// Repeated calls: Claim throws Claimed with the caller's own `who` and the token of the first call. Release,
+/// Enter and Leave return. Reserve returns the transfer while its step is StepReserved. Advance returns if
+/// the piece's last event is that step of that robot; the steps that end a transfer are included. Resolve
+/// returns if the piece is already as the call states. Every call with a token needs the robot's current
+/// token. The exception is a repeated Release while no other claim of the robot exists.
 class Ledger {
  public:
-  /// Throws as open_ledger does.
+  /// Opens the cell's ledger. Throws as open_ledger() does.
   explicit Ledger(CellConfig cell, ZoneCheck zone_check = ZoneCheck::kOn);
 
   Corbot::ClaimToken claim(const std::string& robot, const std::string& who, Corbot::ClaimToken replaces);
   void release(Corbot::ClaimToken token);
   Corbot::TransferInfo reserve(Corbot::ClaimToken token, const std::string& from, const std::string& to,
                                const Corbot::Sightings& seen, double timeout_s);
-  /// Picking and placing need the zone. An outcome does not: it has happened, and is always written.
+  /// Writes a step. StepPicking and StepPlacing need the zone. Outcomes need no zone, since they are facts.
   void advance(Corbot::ClaimToken token, Corbot::PieceNumber piece, Corbot::TransferStep step,
                const std::string& note);
   void enter(Corbot::ClaimToken token, const std::string& place, double timeout_s);
@@ -51,9 +52,9 @@ class Ledger {
   [[nodiscard]] Corbot::PieceEvents history(Corbot::PieceNumber piece, unsigned long long after);
   [[nodiscard]] Corbot::PieceEvents unclear();
 
-  /// Calls of enter() that have not returned.
+  /// Returns the number of waiting calls of enter().
   [[nodiscard]] std::size_t waiting();
-  /// From now on no call waits: the program ends.
+  /// Ends all waits for the end of the program. No call waits afterwards.
   void end_waiting();
 
  private:
@@ -67,7 +68,7 @@ class Ledger {
   [[nodiscard]] const Place& known_place(const char* argument, const std::string& name) const;
   [[nodiscard]] const Place& shared_place(const std::string& name) const;
 
-  // For the holder of the mutex.
+  // The functions require a locked mutex_.
   [[nodiscard]] std::string robot_of(Corbot::ClaimToken token);
   [[nodiscard]] std::optional<Corbot::TransferInfo> transfer_of(const std::string& robot);
   void begin_transfer(const std::string& robot, const Place& from, const Place& to,
@@ -78,7 +79,7 @@ class Ledger {
 
   const CellConfig cell_;
   const ZoneCheck zone_check_;
-  std::mutex mutex_;  ///< of all below
+  std::mutex mutex_;  ///< guards the following members
   std::condition_variable changed_;
   Database database_;
   LedgerTables tables_;

@@ -19,10 +19,9 @@ using client::Failure;
 constexpr int kSchema = 2;
 constexpr int kOldestSchema = 1;
 
-// Statements that both SQLite and PostgreSQL accept. A claim stays when it has ended: its token still leads
-// to its robot. A piece is in exactly one place. While a robot holds the piece, x, y, z and yaw keep the spot
-// where the piece stood; so do those of a piece that is gone. `arrived` is the number of the event that brought the piece there. A slot that is
-// NULL means an area.
+// SQLite and PostgreSQL both accept these statements. An ended claim keeps its row, so that its token still
+// identifies the robot. A piece is in exactly one place. x, y, z and yaw of a held or gone piece keep its
+// last spot. `arrived` is the number of the event that brought the piece there. A NULL slot means an area.
 constexpr const char* kPieceColumns =
     R"sql((cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
   state TEXT NOT NULL CHECK (state IN ('stands','held','unclear','gone')), robot TEXT, place TEXT, slot INTEGER,
@@ -51,7 +50,8 @@ CREATE TABLE event (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, 
 CREATE INDEX event_of_piece ON event (cell, piece, number);
 )sql";
 
-/// Schema 1 knew no piece that is gone. Its rows move to a table with the new rule, under the old name.
+/// Migrates schema 1, which had no state 'gone'. Copies the rows to a table with the new rule and the old
+/// name.
 void migrate_to_2(Database& database) {
   database.run(
       fmt::format("CREATE TABLE piece_2 {}; INSERT INTO piece_2 SELECT * FROM piece; DROP TABLE piece;"
@@ -66,7 +66,7 @@ Failure refusal(const CellConfig& cell, const std::string& text) {
                       cell.ledger.string(), text)};
 }
 
-/// A statement that is at a row keeps its table from being replaced: this one ends here.
+/// Returns two integers of a query. The statement ends here, since an open statement would lock its table.
 std::pair<std::int64_t, std::int64_t> pair_of(Database& database, const char* sql) {
   Statement row(database, sql);
   row.next();
@@ -84,7 +84,8 @@ void make_or_check_tables(Database& database, const CellConfig& cell) {
   if (tables == 0) {
     database.run(fmt::format("CREATE TABLE piece {}", kPieceColumns).c_str());
     database.run(kTables);
-    // Workers outlive a ledger that is removed: none of its tokens may lead to another robot in this one.
+    // A worker may outlive a removed ledger. Tokens start at the time, so that no old token is valid in this
+    // one.
     execute(database, "INSERT INTO cell VALUES ($1, $2, 0, 0, 0, $3)", cell.name, kSchema,
             static_cast<std::int64_t>(1e6 * now_s()));
     spdlog::info("{}: a ledger without pieces begins", cell.ledger.string());
@@ -100,14 +101,14 @@ void make_or_check_tables(Database& database, const CellConfig& cell) {
   if (schema == 1) migrate_to_2(database);
 }
 
-/// Whether the cell has a spot. A slot of -1 means the whole place.
+/// Tells if the cell has a spot. A slot of -1 means the whole place.
 bool has_spot(const CellConfig& cell, const std::string& name, std::optional<std::int64_t> slot) {
   const Place* place = cell.place(name);
   if (place == nullptr || !slot) return place != nullptr && !place->slots;
   return *slot == -1 || (place->slots && *slot >= 0 && *slot < place->slots->count());
 }
 
-/// A cell.toml that was changed under a ledger in use would make its rows mean other spots.
+/// Throws if the ledger uses places, slots or robots that a changed cell.toml does not have any more.
 void check_names(Database& database, const CellConfig& cell) {
   Statement spots(database,
                   "SELECT place, slot FROM piece WHERE cell = $1 AND place IS NOT NULL"
@@ -134,9 +135,9 @@ void check_names(Database& database, const CellConfig& cell) {
 
 Database open_ledger(const CellConfig& cell) {
   Database database(cell.ledger);
-  // A table that is replaced has no row for a moment, to which other rows lead.
+  // A migration drops a table to which rows of other tables refer.
   database.run("PRAGMA foreign_keys = OFF");
-  database.run("BEGIN IMMEDIATE");  // two processes may make the same ledger
+  database.run("BEGIN IMMEDIATE");  // two processes may create the same ledger
   make_or_check_tables(database, cell);
   check_names(database, cell);
   if (Statement(database, "PRAGMA foreign_key_check").next())

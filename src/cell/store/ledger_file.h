@@ -6,9 +6,9 @@
 
 namespace corbot::cell {
 
-/// Opens the cell's ledger, and makes it where it is not there. Throws DatabaseError; client::Failure,
-/// kUsage, for the ledger of another cell or another schema, and for one with places, slots or robots that
-/// the cell does not have.
+/// Opens the cell's ledger, and creates it if necessary. Throws DatabaseError. Throws client::Failure,
+/// kUsage, for the ledger of another cell or schema, and if the ledger uses places, slots or robots that the
+/// cell lacks.
 [[nodiscard]] Database open_ledger(const CellConfig& cell);
 
 }  // namespace corbot::cell

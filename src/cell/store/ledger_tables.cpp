@@ -12,7 +12,7 @@ namespace {
 using Corbot::TransferStep;
 using Eigen::Vector3d;
 
-/// As written in the ledger, in the order of the IDL.
+/// The steps' names in the ledger, in the order of the IDL.
 constexpr std::array<std::string_view, 8> kStepNames{"reserved", "picking",   "held",    "placing",
                                                      "placed",   "withdrawn", "unclear", "gone"};
 
@@ -26,7 +26,7 @@ std::optional<int> slot_in(const Statement& row, int column) {
   return row.is_null(column) ? std::nullopt : std::optional(static_cast<int>(row.integer(column)));
 }
 
-/// Three columns.
+/// Reads a position from three columns.
 Vector3d position_in(const Statement& row, int column) {
   return {row.number(column), row.number(column + 1), row.number(column + 2)};
 }
@@ -41,7 +41,7 @@ Corbot::Spot spot_at(const std::string& place, std::optional<int> slot, const Ve
   return spot;
 }
 
-/// Six columns: place, slot, x, y, z, yaw.
+/// Reads a spot from six columns: place, slot, x, y, z, yaw.
 Corbot::Spot spot_in(const Statement& row, int column) {
   return spot_at(row.text(column), slot_in(row, column + 1), position_in(row, column + 2),
                  row.number(column + 5));
@@ -51,7 +51,7 @@ std::optional<int> slot_of(const Corbot::Spot& spot) {
   return spot.slot < 0 ? std::nullopt : std::optional<int>(spot.slot);
 }
 
-/// Makes room for one more element, and returns it.
+/// Appends an element to a sequence and returns it.
 template <class Sequence>
 auto& append(Sequence& sequence) {
   sequence.length(sequence.length() + 1);
@@ -245,7 +245,8 @@ void LedgerTables::write_step(const Corbot::TransferInfo& transfer, TransferStep
   }
 }
 
-/// A camera sees a piece that lies untouched in an area; the piece gets a new number when a robot takes it again.
+/// Deletes a piece that stays in an area. The camera finds it there again, and the next transfer gives it a
+/// new number.
 void LedgerTables::delete_piece(std::int64_t piece) {
   execute(database_, "DELETE FROM piece WHERE cell = $1 AND number = $2", cell_.name, piece);
 }

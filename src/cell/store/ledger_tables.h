@@ -25,62 +25,63 @@ struct ClaimRow {
   std::string who;
   double since{};
 };
-/// The robot of a claim, and the robot's present claim: 0 where there is none.
+/// The robot of a claim, and the robot's current claim; 0: none.
 struct TokenRow {
   std::string robot;
   std::int64_t present{};
 };
 
-/// The rows of one cell's ledger, without the rules. Metres, degrees, seconds since the Unix epoch. Throws
-/// DatabaseError.
+/// Reads and writes the rows of one cell's ledger, without the rules. Units are metres, degrees, and seconds
+/// since the Unix epoch. Throws DatabaseError.
 class LedgerTables {
  public:
-  /// `database` and `cell` must outlive it.
+  /// `database` and `cell` must outlive the instance.
   LedgerTables(Database& database, const CellConfig& cell) : database_(database), cell_(cell) {}
 
-  /// Waits for other processes' transactions, and keeps theirs out until this one ends.
+  /// Waits for other processes' transactions, and blocks new ones until this transaction ends.
   void lock();
 
   [[nodiscard]] std::optional<TokenRow> token(std::int64_t token);
   [[nodiscard]] std::optional<ClaimRow> claim_of(const std::string& robot);
   void end_claim_of(const std::string& robot);
-  /// Returns the new claim's token.
+  /// Writes a new claim and returns its token.
   std::int64_t insert_claim(const std::string& robot, const std::string& who);
 
   [[nodiscard]] std::optional<ZoneRow> zone(const std::string& place);
   void insert_zone(const std::string& place, const std::string& robot);
   void delete_zone(const std::string& place, const std::string& robot);
 
-  /// Transfers in the order of the robots' names; an empty `robot` means all.
+  /// Returns transfers in the order of the robots' names; an empty `robot` means all.
   [[nodiscard]] Corbot::TransferInfos transfers(const std::string& robot);
-  /// Pieces that stand at a place and that no transfer takes.
+  /// Returns the pieces that stand at a place and belong to no transfer.
   [[nodiscard]] std::vector<Candidate> pieces_at(const std::string& place);
-  /// Where pieces of the ledger stand in an area, or stood that a transfer has taken from there.
+  /// Returns the spots of the ledger's pieces in an area, including pieces that a transfer has taken from it.
   [[nodiscard]] std::vector<Eigen::Vector3d> spots_in(const std::string& area);
-  /// Slots with a piece, and slots to which a transfer goes.
+  /// Returns the slots with a piece or as a transfer's target.
   [[nodiscard]] std::set<int> slots_taken(const std::string& place);
 
-  /// Gives a number to a piece that has none, and writes transfer and event.
+  /// Writes a transfer and its event. Gives a number to a piece without one.
   void insert_transfer(const std::string& robot, Candidate piece, const std::string& from,
                        const std::string& to, int to_slot);
-  /// Whether the last event of a piece is this step by this robot.
+  /// Tells if the last event of a piece is this step by this robot.
   [[nodiscard]] bool is_last_event(std::int64_t piece, const std::string& robot, Corbot::TransferStep step);
-  /// Writes the transfer's next step, the piece's place after it, and the event.
+  /// Writes the transfer's next step, the piece's new place, and the event.
   void write_step(const Corbot::TransferInfo& transfer, Corbot::TransferStep step, const std::string& note);
 
-  /// "stands", "held", "unclear" or "gone"; empty: the ledger does not have the piece.
+  /// Returns "stands", "held", "unclear" or "gone"; empty: the ledger does not have the piece.
   [[nodiscard]] std::string state_of(std::int64_t piece);
   [[nodiscard]] Corbot::Spot spot_of_piece(std::int64_t piece);
   [[nodiscard]] std::vector<std::int64_t> numbers_at(const std::string& place, std::string_view state);
-  /// Writes a person's word: StepPlaced, the piece stands at that spot; StepWithdrawn, it lies in that area; StepGone.
+  /// Writes a person's report of a piece: StepPlaced for a slot, StepWithdrawn for an area, StepGone for a
+  /// removed piece.
   void write_word(std::int64_t piece, Corbot::TransferStep step, const Corbot::Spot& spot,
                   const std::string& note);
 
-  /// Pieces that stand, by place; transfers, by target.
+  /// Return the number of standing pieces by place, and the number of transfers by target.
   [[nodiscard]] std::map<std::string, CORBA::ULong> standing();
   [[nodiscard]] std::map<std::string, CORBA::ULong> reserved();
   [[nodiscard]] Corbot::PieceEvents events(std::int64_t piece, std::int64_t after, int most);
-  /// The event that made each piece unclear which still is.
+  /// Returns, for each unclear piece, the event that made it unclear.
   [[nodiscard]] Corbot::PieceEvents unclear(int most);
 
  private:
@@ -96,7 +97,7 @@ class LedgerTables {
   const CellConfig& cell_;
 };
 
-/// Where a step of a transfer takes place: at the target from placing on, at the source before.
+/// Returns the spot of a transfer's step: the target from StepPlacing on, otherwise the source.
 [[nodiscard]] const Corbot::Spot& spot_of(const Corbot::TransferInfo& transfer, Corbot::TransferStep step);
 
 }  // namespace corbot::cell

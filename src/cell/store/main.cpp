@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot-store: the ledger of a cell's pieces, as the object Store.
+// corbot-store serves the ledger of a cell's pieces as the object Store.
 #include "cell/orb_server.h"
 #include "cell/program.h"
 #include "cell/store/store_servant.h"
@@ -13,7 +13,7 @@ void run(const CellConfig& cell) {
   OrbServer server(cell.host, {cell.store_port()});
   server.activate(kStoreKey, &servant);
   server.serve(kStoreKey);
-  ledger.end_waiting();  // the end of the ORB waits for calls
+  ledger.end_waiting();  // the ORB's shutdown waits for calls
 }
 
 }  // namespace

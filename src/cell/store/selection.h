@@ -10,33 +10,34 @@
 #include "cell.hh"
 #include "cell/cell_config.h"
 
-// Which piece a robot takes next, and to which slot it goes. Positions: world, metres.
+// Selects the next piece of a robot and its target slot. Positions are in the world frame, in metres.
 
 namespace corbot::cell {
 
-/// A piece that can be taken. `number` is 0 where the piece is not in the ledger yet.
+/// A piece that a robot can take. `number` is 0 if the piece is not in the ledger yet.
 struct Candidate {
   std::int64_t number{};
   std::string kind;
-  std::optional<int> slot;  ///< nothing in an area
+  std::optional<int> slot;  ///< nothing: in an area
   Eigen::Vector3d position_m{};
   double yaw_deg{};
   std::int64_t arrived{};  ///< rises with the time of arrival
 };
 
-/// Distances that differ by less are equal: a robot's hand does not come nearer to a piece behind.
+/// Distances that differ by less count as equal. For so small a difference the robot's hand comes no closer
+/// to a piece behind.
 inline constexpr double kEqualDistance_m = 0.02;
 
-/// The candidate nearest to a robot; the oldest of those as near.
+/// Returns the candidate nearest to a robot. Among equal distances it returns the oldest.
 [[nodiscard]] std::optional<Candidate> nearest_piece(const std::vector<Candidate>& candidates,
                                                      const Eigen::Vector3d& robot);
 
-/// The slot farthest from a robot that is not taken; the lowest of those as far.
+/// Returns the free slot farthest from a robot. Among equal distances it returns the lowest.
 [[nodiscard]] std::optional<int> farthest_slot(const Place& place, const std::set<int>& taken,
                                                const Eigen::Vector3d& robot);
 
-/// The first sighting of a piece that an area carries, that is of a known kind and not the piece at one of the spots `taken`.
-/// A sighting nearer than the kind's radius is that piece: two pieces cannot stand so near to each other.
+/// Returns the first sighting on an area of a known kind that is not the piece at one of the spots `taken`. A
+/// sighting within the kind's radius of a spot is the same piece: two pieces cannot stand so close.
 [[nodiscard]] std::optional<Candidate> first_untaken(const CellConfig& cell, const Place& area,
                                                      const Corbot::Sightings& seen,
                                                      const std::vector<Eigen::Vector3d>& taken);

@@ -6,7 +6,7 @@
 namespace corbot::cell {
 namespace {
 
-/// The reason is the client's to read; the database's own text has paths in it, and goes to the log.
+/// Translates a DatabaseError to NotReady. The database's text contains paths, so it goes to the log only.
 template <class Call>
 auto or_not_ready(Call call) {
   try {

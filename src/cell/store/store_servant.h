@@ -6,11 +6,11 @@
 
 namespace corbot::cell {
 
-/// Corbot::Store over the ledger. Where the database fails, calls raise NotReady and the reads of attributes
-/// TRANSIENT; the cause is in the log.
+/// Implements Corbot::Store over the ledger. If the database fails, calls throw NotReady, and reads of
+/// attributes throw TRANSIENT. The log has the cause.
 class StoreServant : public POA_Corbot::Store {
  public:
-  /// `ledger` must outlive it.
+  /// `ledger` must outlive the servant.
   explicit StoreServant(Ledger& ledger) : ledger_(ledger) {}
 
   Corbot::ClaimToken Claim(const char* robot, const char* who, Corbot::ClaimToken replaces) override;
