@@ -34,14 +34,14 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// A copy of the shipped cell, with ports, a name and directories of its own.
+/// A copy of the shipped cell with its own ports, name and directories.
 class CellRun : public testing::Test {
  protected:
   CellRun() : ports_(free_ports(5)) {
     std::string path = (fs::temp_directory_path() / "corbot-cell-XXXXXX").string();
     directory_ = ::mkdtemp(path.data());
     for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), directory_);
-    // A gap between cycles that comes from the load of a test machine is no fault.
+    // A gap between cycles is no fault on a busy test machine.
     for (const char* arm : {"arm.toml", "scara.toml"})
       edit("gap_fault_ms = 2000", "gap_fault_ms = 10000", arm);
     if (on_orbit2()) {
@@ -87,7 +87,7 @@ class CellRun : public testing::Test {
     return run(command(more), seconds, environment());
   }
 
-  /// The arms of the run move when this returns.
+  /// Starts a run, and returns when the arms move.
   Process begin_work(int pieces = 4) {
     Process cell(command({"--pieces", std::to_string(pieces), "--pictures", pictures()}), environment());
     if (!wait_event(cell, "picking")) throw std::runtime_error("no work began: " + cell.errors());
@@ -109,7 +109,7 @@ class CellRun : public testing::Test {
   }
 
   [[nodiscard]] std::string pictures() const { return (directory_ / "pictures" / "of the run").string(); }
-  /// The cell's picture is whole.
+  /// Expects that the cell's picture is whole.
   void expect_picture(Process& cell) const {
     EXPECT_THAT(cell.output(), HasSubstr("picture " + pictures() + "/cell.svg\n"));
     std::ifstream in(fs::path(pictures()) / "cell.svg");
@@ -117,9 +117,9 @@ class CellRun : public testing::Test {
     EXPECT_THAT(svg, testing::EndsWith("</svg>\n"));
   }
 
-  /// Robot 1 works alone, and the store is where its pieces stay.
+  /// Makes robot 1 the only robot, so that its pieces stay at the store.
   void leave_out_robot2() { edit("{ name = \"robot2\"", "# { name = \"robot2\""); }
-  /// The scene loses the first piece at this place once all pieces stand there.
+  /// Makes the scene lose the first piece at this place once all pieces stand there.
   void lose_at(const std::string& place) {
     loses_at_ = place;
     programs_ = directory_ / "bin";
@@ -129,12 +129,13 @@ class CellRun : public testing::Test {
       if (name != "corbot" && name != "corbot-scene") fs::create_symlink(entry.path(), programs_ / name);
     }
     fs::create_symlink(CORBOT_TESTS_DIR "/losing_scene", programs_ / "corbot-scene");
-    // A program finds those beside it by its own file, to which a symbolic link would lead back.
+    // A copy is necessary: a program finds its neighbours by its own file, and a symbolic link would lead
+    // back.
     std::error_code refused;
     fs::create_hard_link(CORBOT_BIN_DIR "/corbot", programs_ / "corbot", refused);
     if (refused) fs::copy_file(CORBOT_BIN_DIR "/corbot", programs_ / "corbot");
   }
-  /// The work ends by itself, early or as it should not.
+  /// Expects that the work ends by itself, early or with a failure.
   static void expect_end(Process& cell, const std::vector<std::string>& texts) {
     const auto status = cell.wait(within(240));
     ASSERT_TRUE(status) << cell.output();
@@ -234,7 +235,7 @@ TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
 
 TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
-  // Robot 2 stays at the far slot, past which robot 1 comes with its second piece.
+  // Robot 2 stays at the far slot. Robot 1 passes this slot with its second piece.
   edit("columns = 1, rows = 4, pitch_m = [0.05, 0.05]",
        "yaw_deg = 180, columns = 1, rows = 4, pitch_m = [0.05, 0.04]");
   Process store({CORBOT_TESTS_DIR "/unguarded_store", (directory_ / "cell.toml").string(), "--name", name_,
@@ -318,7 +319,7 @@ TEST_F(CellRun, HasItsDirectoryForItselfAndBeginsAnewAfterAKill) {
   first.signal(SIGKILL);
   ASSERT_TRUE(first.wait(within(30)));
   ASSERT_TRUE(wait_until(within(30), [&] { return left_running().empty(); })) << left_running();
-  std::ofstream(directory_ / "state" / "hold") << "pause stop\n";  // a run is a Start
+  std::ofstream(directory_ / "state" / "hold") << "pause stop\n";  // a run starts the work
   const RunResult third = cell_run({"--pieces", "1"});
   EXPECT_EQ(third.code, 0) << third.output << third.errors;
   EXPECT_TRUE(fs::exists(directory_ / "state" / "previous" / "scene.record"));
@@ -351,7 +352,7 @@ TEST_F(CellRun, AKilledSceneEndsTheWorkAndThePictureShowsItsRun) {
   EXPECT_EQ(left_running(), "");
 }
 
-/// A cell that stays, and commands for it.
+/// A cell that keeps running, and commands for it.
 class CellUp : public CellRun {
  protected:
   RunResult cell(const char* verb, const std::vector<std::string>& more = {}) {
@@ -372,7 +373,7 @@ class CellUp : public CellRun {
     if (!wait_event(cell, "picking")) throw std::runtime_error("no work began: " + cell.errors());
     return cell;
   }
-  /// The pieces of the ledger that are placed at pallet2, and all rows.
+  /// Returns the number of the ledger's pieces at pallet2, and of all its rows.
   [[nodiscard]] std::pair<std::int64_t, std::int64_t> pieces_in_ledger() const {
     cell::Database ledger(directory_ / "state" / "ledger.db");
     cell::Statement row(
@@ -386,7 +387,7 @@ class CellUp : public CellRun {
     row.next();
     return row.integer(0);
   }
-  /// How often pieces were placed at pallet2.
+  /// Returns how often pieces were placed at pallet2.
   [[nodiscard]] std::int64_t placed_events() const {
     return events("SELECT COUNT(*) FROM event WHERE step = 'placed' AND place = 'pallet2'");
   }
@@ -403,7 +404,7 @@ class CellUp : public CellRun {
     const RunResult found = run({"/usr/bin/pgrep", "-f", program});
     return found.code == 0 ? std::optional(static_cast<pid_t>(std::stoi(found.output))) : std::nullopt;
   }
-  /// The cell ends, and each witness has all pieces on pallet2, once.
+  /// Ends the cell. Expects that each witness has all pieces on pallet2, once.
   void expect_down_with(Process& up, int pieces) {
     EXPECT_EQ(cell("down").code, 0);
     const auto end = up.wait(within(60));
@@ -416,7 +417,7 @@ class CellUp : public CellRun {
                                HasSubstr(" touches=0 "), HasSubstr(" fallen=0 ")));
     EXPECT_EQ(left_running(), "");
   }
-  /// The command line of one program of the cell.
+  /// Returns the command line of one program of the cell.
   [[nodiscard]] std::vector<std::string> program(const std::string& name,
                                                  const std::vector<std::string>& more = {}) const {
     std::vector<std::string> words = command(more);
@@ -424,13 +425,13 @@ class CellUp : public CellRun {
     words.insert(words.begin(), (fs::path(CORBOT_BIN_DIR) / name).string());
     return words;
   }
-  /// A world that outlives the cell.
+  /// Starts a world that outlives the cell.
   [[nodiscard]] Process world(int pieces) const {
     Process made(program("corbot-scene", {"--pieces", std::to_string(pieces)}), environment());
     if (!made.wait_line("ready", within(60))) throw std::runtime_error("no world: " + made.errors());
     return made;
   }
-  /// The processes of this cell.
+  /// Returns the processes of this cell.
   [[nodiscard]] std::vector<pid_t> pids_but(pid_t world) const {
     const RunResult found =
         run({"/usr/bin/pgrep", "-f", fmt::format("{}|{}-robot", directory_.string(), name_)});
@@ -441,7 +442,7 @@ class CellUp : public CellRun {
     }
     return pids;
   }
-  /// A person looks, and puts the cause right.
+  /// Clears the robot's Error, as a person does after removing the cause.
   void clear(const std::string& robot) const {
     const int port = ports_ + (robot == "robot1" ? 3 : 4);
     const RunResult cleared = run(
@@ -449,7 +450,7 @@ class CellUp : public CellRun {
         60, environment());
     EXPECT_EQ(cleared.code, 0) << cleared.errors;
   }
-  /// Of the same robots, camera and store, with a port and a directory of its own.
+  /// Starts a coordinator of the same robots, camera and store, with its own port and directory.
   Process second_coordinator() {
     std::ifstream file(directory_ / "state" / "cell.json");
     const nlohmann::json addresses = nlohmann::json::parse(file);
@@ -485,7 +486,7 @@ TEST_F(CellUp, GoesOnAfterAnyProcessWasKilled) {
     ASSERT_TRUE(kills(program)) << program;
     EXPECT_TRUE(reaches(" works;")) << program << status();
     std::this_thread::sleep_for(
-        std::chrono::seconds(1));  // into the resolution of the fault before, or out of it
+        std::chrono::seconds(1));  // during or after the resolution of the previous fault
   }
   ASSERT_TRUE(reaches("; 4 pieces on pallet2\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
@@ -555,7 +556,8 @@ TEST_F(CellUp, OfTwoCoordinatorsOneWorksAndTheOtherTakesOver) {
   Process cell = up(6);
   Process second = second_coordinator();
   ASSERT_TRUE(wait_event(second, "robot1 stand-by")) << second.output();
-  // Its control of the arms ends after 5 s. The supervisor would kill it after 10 s.
+  // The coordinator's control of the arms ends after 5 s. The supervisor would kill the coordinator after 10
+  // s.
   const auto first = pid_of(of_cell("corbot-coordinator"));
   ASSERT_TRUE(first);
   ASSERT_EQ(::kill(*first, SIGSTOP), 0);
@@ -580,7 +582,7 @@ TEST_F(CellUp, GoesOnInTheSameWorldAfterAPowerCut) {
   for (const int signal : {SIGSTOP, SIGKILL})  // at one instant
     for (const pid_t pid : all) (void)::kill(pid, signal);
   ASSERT_TRUE(first.wait(within(30)));
-  // A process that dies has lost its name before it closes its port, so that no pgrep finds it.
+  // A dying process loses its name before it closes its port, so pgrep does not find it.
   for (const Descriptor& process : ends) {
     pollfd end{process.get(), POLLIN, 0};
     EXPECT_EQ(::poll(&end, 1, 30'000), 1);
@@ -640,7 +642,7 @@ TEST_F(CellUp, ARobotInErrorWaitsForAPersonAndTheOtherGoesOn) {
   const auto task = pid_of("corbot-rt.*" + name_ + "-robot1");
   ASSERT_TRUE(task);
   ASSERT_EQ(::kill(*task, SIGSTOP), 0);
-  std::this_thread::sleep_for(std::chrono::milliseconds(2200));  // a gap, which its supervisor tolerates
+  std::this_thread::sleep_for(std::chrono::milliseconds(2200));  // the supervisor tolerates this gap
   ASSERT_EQ(::kill(*task, SIGCONT), 0);
   ASSERT_TRUE(reaches("robot1: robot1 is in Error: look at 'corbot status', put the cause right"))
       << status();
@@ -706,7 +708,7 @@ TEST_F(CellUp, IsNotStartedTwiceAndEndsWithItsWorld) {
   EXPECT_EQ(left_running(), "");
 }
 
-/// Programs that a person starts one by one. No coordinator is there: the camera drives robot1.
+/// Programs that a person starts one by one. There is no coordinator: the camera drives robot1.
 class CellDriven : public CellUp {
  protected:
   void begin(int pieces) {
@@ -731,7 +733,7 @@ class CellDriven : public CellUp {
     words.insert(words.end(), more.begin(), more.end());
     return Process(program("corbot-camera", words), environment());
   }
-  /// The program ends by itself, and the arm is at rest.
+  /// Expects that the program ends by itself and the arm is at rest.
   void expect_end_at_rest(Process& camera) const {
     camera.signal(SIGINT);
     const auto end = camera.wait(within(30));
@@ -743,7 +745,7 @@ class CellDriven : public CellUp {
         60, environment());
     EXPECT_THAT(status.output, HasSubstr("Standby")) << status.errors;
   }
-  /// The world's own count: the pieces stand at the store, once.
+  /// Expects by the world's own count that the pieces stand at the store, once.
   void expect_stored(int pieces) {
     EXPECT_EQ(robot_->terminate(), 0) << robot_->errors();
     EXPECT_EQ(world_->terminate(), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The robot of examples/java, which has the interface of robot.idl alone, at an emulated servo controller.
+// Tests the robot of examples/java at an emulated servo controller. The robot implements only robot.idl.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -56,7 +56,7 @@ class EmulatedArm {
     const std::lock_guard lock(mutex_);
     return tool_now();
   }
-  /// Where the tool was since the last call.
+  /// Returns the tool's positions since the last call.
   [[nodiscard]] std::vector<Vector3d> take_track() {
     const std::lock_guard lock(mutex_);
     return std::exchange(track_, {});

@@ -11,7 +11,7 @@
 
 namespace corbot::test {
 
-/// Builds examples/java, unless that is done. Empty, or why it cannot be had here. Throws std::runtime_error.
+/// Builds examples/java once. Returns why it is unavailable here; empty: built. Throws std::runtime_error.
 inline std::string build_java_robot() {
   const RunResult built = run({CORBOT_EXAMPLES "/java/build", CORBOT_CLIENTS_OUT "/java"}, 500);
   if (built.code == 0) return "";
@@ -19,7 +19,7 @@ inline std::string build_java_robot() {
   return built.errors;
 }
 
-/// Serves at its reference when this returns.
+/// Starts the robot, and returns when it serves at its reference.
 inline Process start_java_robot(const std::string& servos, int port, const std::string& key) {
   Process robot({CORBOT_CLIENTS_OUT "/java/robot", servos, std::to_string(port), key});
   if (!robot.wait_line("ready ", within(60))) throw std::runtime_error("no Java robot: " + robot.errors());

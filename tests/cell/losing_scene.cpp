@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// This scene loses a piece, and tests show with it that the end of a cell's run names the loss. The variable
-// CORBOT_LOSES_AT has a place's name. Once all pieces stand at that place, the scene takes away the one that
-// came there first.
+// A scene that loses a piece. Tests show with it that the end of a cell's run names the loss. The variable
+// CORBOT_LOSES_AT names a place. Once all pieces stand at the place, the scene removes the first one there.
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>

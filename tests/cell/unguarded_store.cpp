@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// This store does not check zones and makes the robots meet, and a test shows that the end of a run names the
-// touch. The store lets robot2 in when robot1 holds its second piece, and robot1 when robot2 is on its way
-// above the first. Robot2 stays there until robot1 has placed the second, so the test does not depend on
-// time.
+// A store that does not check zones and makes the robots meet. A test shows that the end of a run names the
+// touch. The store admits robot2 when robot1 holds its second piece. It admits robot1 when robot2 is on its
+// way above the first piece. Robot2 stays there until robot1 has placed the second piece, so the test does
+// not depend on time.
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -48,13 +48,13 @@ class MeetingStore final : public StoreServant {
     changed_.notify_all();
     if (is_first || step != Corbot::StepPicking) return;
     if (!changed_.wait_for(lock, kHold, [&] { return is_second_placed_; }))
-      throw Corbot::NotReady("robot1 has not placed its second piece");  // the call comes again
+      throw Corbot::NotReady("robot1 has not placed its second piece");  // the worker repeats the call
   }
 
  private:
   static constexpr std::chrono::seconds kHold{1};
 
-  std::mutex mutex_;  ///< of all below
+  std::mutex mutex_;  ///< guards the following members
   std::condition_variable changed_;
   std::map<Corbot::ClaimToken, std::string> robots_;
   bool is_second_held_{false};

@@ -35,7 +35,7 @@ Joints random_joints(const ArmModel& model, std::mt19937& random) {
   return q;
 }
 
-/// Where the servos stand for these joints.
+/// Returns the servos' positions for these joints.
 ArmBody body_at(const ArmModel& model, const ArmBase& base, const Joints& q, double gripper_us) {
   return arm_body(model, base, 0.032, [&](std::size_t channel) {
     for (std::size_t i = 0; i < model.dof; ++i) {
@@ -52,7 +52,7 @@ TEST(ArmBody, IsWhereTheRobotsOwnKinematicsHaveIt) {
   std::mt19937 random(seed);
   struct Case {
     const char* name;
-    Vector3 approach;  // of the tool frame's axes
+    Vector3 approach;  // by the tool frame's axes
   };
   for (const Case& test :
        {Case{"/lynx5.toml", {1, 0, 0}}, {"/scara_cobra600.toml", {0, 0, 1}}, {"/puma560.toml", {0, 0, 1}}}) {
@@ -132,11 +132,11 @@ TEST(ArmBody, ASlideAtItsZeroChangesNoNumberOfLinks) {
   }
 }
 
-/// A tool that hangs, by rounding a little askew, closes its fingers along the same axis of the tool everywhere.
+/// A hanging tool, slightly askew by rounding, closes its fingers along the same axis of the tool everywhere.
 TEST(ArmBody, AHandFromAboveClosesAlongOneAxisOfItsTool) {
   struct Case {
     const char* name;
-    Quaternion tool;  // in the last frame, whose z is upward
+    Quaternion tool;  // in the last frame, whose z points up
     Vector3 across;   // in the tool's frame
   };
   const double half = std::sqrt(0.5);

@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The least distance of points on both segments, less the radii; never below the true one.
+/// Returns the least distance of sampled points on both segments, minus the radii. It is never too small.
 double sampled_distance_m(const Capsule& a, const Capsule& b, int steps) {
   double least_m = std::numeric_limits<double>::infinity();
   for (int i = 0; i <= steps; ++i) {

@@ -34,7 +34,7 @@ class PiecesTest : public ::testing::Test {
     open_to(kOpen_m);
   }
   void step() { pieces_.step({&hand_, 1}); }
-  /// In steps of a servo frame, with a stand-still between two.
+  /// Moves in steps of a servo frame, with a standstill between two steps.
   void open_to(double opening_m) {
     while (std::abs(opening_m - hand_.opening_m) > 1e-9) {
       hand_.opening_m += std::clamp(opening_m - hand_.opening_m, -0.0013, 0.0013);

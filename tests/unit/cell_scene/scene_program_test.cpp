@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program with a whole robot at its controller's socket: a program of motions brings a piece.
+// Tests the program with a whole robot at its controller's socket: a program of motions brings a piece.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 class SceneProgramTest : public CliRig {
  protected:
-  /// As the record has it; the scene writes it a little later than the motion ends.
+  /// Returns the piece as recorded. The scene writes the record a little after the end of the motion.
   [[nodiscard]] cell::RecordedPiece piece() const {
     std::ifstream file(cell::scene_record_file(directory_ / "cell"));
     const cell::SceneRecord record = cell::read_scene_record(file);
@@ -31,7 +31,7 @@ class SceneProgramTest : public CliRig {
       try {
         return is_so();
       } catch (const std::exception&) {
-        return false;  // it has no such line yet
+        return false;  // the record does not have the line yet
       }
     });
   }

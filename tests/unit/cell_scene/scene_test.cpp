@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene of the demo cell in simulated time, and its loop and pictures in real time.
+// Tests the scene of the demo cell in simulated time, and its loop and pictures in real time.
 #include "cell/scene/scene.h"
 
 #include <gmock/gmock.h>
@@ -53,7 +53,7 @@ class SceneTest : public testing::Test {
   fs::path directory_;
 };
 
-/// A robot of a cell without its servant: pulses at its controller, in simulated time.
+/// A robot of a cell without a servant: the test sends pulses to its controller, in simulated time.
 class Driver {
  public:
   Driver(const CellConfig& cell, Scene& scene, const char* robot = "robot1")
@@ -112,7 +112,7 @@ TEST_F(SceneTest, AtPowerUpTheArmsAreApartAndThePiecesLieInTheArea) {
   }
 }
 
-/// The robot brings the only piece of the first place to a slot.
+/// Brings the only piece of the first place to a slot by the robot.
 void bring(const CellConfig& cell, const char* robot, const Vector3d& slot) {
   Scene scene(cell);
   Driver driver(cell, scene, robot);
@@ -144,7 +144,7 @@ TEST_F(SceneTest, AScaraTakesAPieceFromAbove) {
   CellConfig cell = demo(1);
   cell.robots[1].profile = CORBOT_CELL "/scara.toml";
   cell.robots[1].frame.yaw_rad = std::numbers::pi;
-  std::swap(cell.places[0].frame, cell.places[2].frame);  // so the piece is within its reach
+  std::swap(cell.places[0].frame, cell.places[2].frame);  // so that the piece is within reach
   bring(cell, "robot2", cell.place("store1")->slot_position(1));
 }
 
@@ -290,7 +290,7 @@ TEST_F(SceneTest, ALookIsNotAnsweredByATickThatBeganBeforeIt) {
   SceneLoop loop(scene);
   const std::jthread running([&](const std::stop_token& stop) { loop.run(stop); });
   for (int i = 0; i < 400; ++i) {
-    std::this_thread::sleep_for(std::chrono::microseconds(i * 37 % 5000));  // at any point between two ticks
+    std::this_thread::sleep_for(std::chrono::microseconds(i * 37 % 5000));  // any time between two ticks
     const std::int64_t asked_ns = sim::clock_ns();
     const auto view = loop.look(10s);
     ASSERT_TRUE(view);
@@ -328,7 +328,7 @@ class PictureServerTest : public SceneTest {
     return fd;
   }
   static void trigger(int client) { EXPECT_EQ(::send(client, "x", 1, MSG_NOSIGNAL), 1); }
-  /// The header's number, and the value of the pixels; nothing where the picture is not whole.
+  /// Returns the header's number and the pixels' value, or nothing if the picture is not whole.
   static std::optional<std::pair<std::uint64_t, int>> picture(int client) {
     PictureHeader header;
     std::vector<std::uint8_t> pixels(kBytes);

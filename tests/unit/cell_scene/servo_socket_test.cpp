@@ -23,7 +23,7 @@ using rt::DeviceError;
 using rt::SerialPort;
 using namespace std::chrono_literals;
 
-/// A controller in simulated time, with the robot's own end of the line.
+/// A controller in simulated time, and the robot's end of the line.
 class ServoSocketTest : public ::testing::Test {
  protected:
   ServoSocketTest() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coordinator where a part of the cell is frozen: what State and the end wait for.
+// Tests how long State and the end of the coordinator wait if a part of the cell is frozen.
 #include "cell/coordinator/coordinator_servant.h"
 
 #include <arpa/inet.h>
@@ -28,7 +28,7 @@
 namespace corbot::test {
 namespace {
 
-/// Seconds that `f` takes.
+/// Returns the seconds that `f` takes.
 template <class F>
 double duration_of(F&& f) {
   const auto begin = std::chrono::steady_clock::now();
@@ -36,7 +36,7 @@ double duration_of(F&& f) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// A port that takes connections and never replies, as that of a frozen process.
+/// A port that accepts connections and never replies, as a frozen process does.
 class FrozenPort {
  public:
   FrozenPort() {
@@ -76,7 +76,7 @@ TEST(Coordinator, AFrozenStoreHoldsUpNeitherStateNorEnd) {
   EXPECT_LT(duration_of([&] { coordinator.end(); }), 2);
 }
 
-/// A store without a piece.
+/// A store without pieces.
 class EmptyStore : public POA_Corbot::Store {
  public:
   Corbot::ClaimToken Claim(const char*, const char*, Corbot::ClaimToken) override { return 1; }
@@ -98,7 +98,7 @@ class EmptyStore : public POA_Corbot::Store {
   }
 };
 
-/// Two arms of which the first one's servant is `first_`, and a store in this process.
+/// Two arms and a store in this process. `first_` is the first arm's servant.
 class TwoArms : public RobotRig {
  protected:
   void SetUp() override {
@@ -119,7 +119,7 @@ class TwoArms : public RobotRig {
     const CORBA::String_var text = client_orb()->object_to_string(reference.in());
     config_.store_reference = text.in();
     for (cell::CellRobot& robot : config_.robots) robot.speed_percent = 1;
-    std::filesystem::remove(config_.hold_file());  // of the test before
+    std::filesystem::remove(config_.hold_file());  // left by the previous test
   }
   void TearDown() override {
     poa_->deactivate_object(id_);
@@ -168,7 +168,7 @@ TEST_F(TwoArms, AStopDoesNotWaitForTheDisk) {
   ASSERT_TRUE(moves(first_arm_) && moves(arm_));
   const std::string file = config_.hold_file();
   std::filesystem::remove(file);
-  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);  // to open it waits for a reader
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);  // opening it waits for a reader
   auto stop = std::async(std::launch::async, [&] { coordinator.Stop(); });
   EXPECT_TRUE(wait_for(Corbot::Standby, 1.5));
   EXPECT_TRUE(wait_until(within(1.5), [&] { return !moves(first_arm_); }));

@@ -25,15 +25,14 @@ namespace {
 
 constexpr double kGrasp_m = 0.030;
 constexpr double kNear_m = 0.003;
-constexpr double kFreeHeight_m =
-    0.085;  // of the tool: above pieces that stand and with a piece in the gripper
+constexpr double kFreeHeight_m = 0.085;  // height at which a held piece clears standing pieces
 constexpr Corbot::ClaimToken kToken = 7;
 
 Corbot::Point to_point(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 bool is_end(Corbot::TransferStep step) { return step >= Corbot::StepPlaced; }
 
-/// The directory of this process, for what a coordinator writes.
+/// Returns this process's directory for a coordinator's files.
 struct TemporaryDirectory {
   TemporaryDirectory() {
     std::string made = testing::TempDir() + "corbot-cell-XXXXXX";
@@ -119,7 +118,7 @@ void FakeCell::require(bool rule, const std::string& text) {
   if (!rule) violations.push_back(text);
 }
 
-/// By the angle's definition, not by the code under test.
+/// Transforms by the definition of the angle, not by the code under test.
 Vector3d FakeCell::to_world(const Vector3d& local) const {
   const double c = std::cos(robot_.frame.yaw_rad);
   const double s = std::sin(robot_.frame.yaw_rad);
@@ -300,7 +299,8 @@ Corbot::Frame FakeCell::look(double /*timeout_s*/) {
     const CORBA::ULong at = frame.pieces.length();
     frame.pieces.length(at + 1);
     frame.pieces[at].kind = "red";
-    frame.pieces[at].position = to_point(piece.foot + Vector3d(0.001, -0.001, 0));  // as a camera measures
+    frame.pieces[at].position =
+        to_point(piece.foot + Vector3d(0.001, -0.001, 0));  // a camera's error of measurement
   }
   return frame;
 }
@@ -320,7 +320,7 @@ Corbot::ClaimToken FakeCell::claim(const std::string&, const std::string& who, C
   const bool is_another = (is_claimed && replaces != 5) || is_superseded_;
   const bool is_to_wait = !is_exclusive || cell::is_waiting_name(holder);
   if (is_superseded_ || (is_another && is_to_wait && !on_claimed))
-    stop_source.request_stop();  // it would wait for long
+    stop_source.request_stop();  // the real store would wait for long
   if (is_another && on_claimed) on_claimed();
   if (is_another) throw Corbot::Claimed("robot1", holder.c_str(), 5, 0);
   holder = who;
@@ -401,7 +401,7 @@ Corbot::TransferInfo FakeCell::info() const {
   return info;
 }
 
-/// An outcome is what the world shows, and a look has shown it.
+/// Checks that an outcome is true in the world, and that a look has shown it.
 void FakeCell::check_outcome(Corbot::TransferStep step) {
   const Piece& piece = *ledger_.piece;
   const auto stands = [&](const Vector3d& foot) {

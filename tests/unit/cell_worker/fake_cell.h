@@ -15,20 +15,20 @@
 
 namespace corbot::test {
 
-/// The cell of profiles/cell as far as a worker needs it: robot1 at yaw 45 degrees takes from an area,
-/// robot2 at yaw 225 from slots.
+/// Returns the part of the cell profiles/cell that a worker needs. Its robot1 at yaw 45 degrees takes from an
+/// area, robot2 at yaw 225 degrees from slots.
 [[nodiscard]] cell::CellConfig demo_cell();
 
-/// The worker's process is killed: no call returns.
+/// The exception of a killed worker's process: no call returns.
 struct Killed {};
 
-/// What interrupts a call of the worker.
+/// The kind of interruption of a worker's call.
 enum class Interruption { kKill, kFault };
-/// When: before it has an effect, in its middle (a motion ends on its way), or after.
+/// The time of the interruption: before the effect, during it (a motion ends on its way), or after it.
 enum class Moment { kBefore, kMiddle, kAfter };
 
-/// Table, robot, camera and ledger of one worker, in one process. Pieces move when they are gripped.
-/// Whatever breaks a rule of the work goes into `violations`. Points: world, metres.
+/// Simulates table, robot, camera and ledger of one worker, in one process. Pieces move when they are
+/// gripped. `violations` lists each breach of a rule of the work. Points are in the world frame, in metres.
 class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::StorePort {
  public:
   struct Piece {
@@ -40,57 +40,56 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   FakeCell(const cell::CellConfig& config, const std::string& robot);
   void add_to_area(double x, double y);
   void add_to_slot(const std::string& place, int slot);
-  /// The gripper is closed on a piece that is not in the ledger, and measures its opening.
+  /// Closes the gripper on a piece that is not in the ledger. The gripper measures its opening.
   void add_to_gripper();
 
-  // Faults. All are off at first.
+  // Faults, all off at first.
   int failing_grasps{0};
-  bool loses_pieces{false};  ///< what the gripper lets go is gone
-  bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the motion under way
+  bool loses_pieces{false};  ///< a released piece vanishes
+  bool is_exclusive{true};   ///< an Arm: control excludes others, and a stop ends the current motion
   bool is_claimed{false};
-  std::string holder{"another"};  ///< of the claim
-  std::function<void()>
-      on_claimed;  ///< a claim finds another holder; empty: a wait for that holder requests a stop
+  std::string holder{"another"};     ///< holder of the claim
+  std::function<void()> on_claimed;  ///< called when a claim finds another holder; empty: requests a stop
   bool is_in_error{false};
-  bool measures_grip{false};  ///< a device that measures the gripper's opening
+  bool measures_grip{false};  ///< the device measures the gripper's opening
   std::atomic<bool> is_cell_stopped{false};
-  int interrupted_call{-1};  ///< number of the call, of any port, that is interrupted; -1: none
+  int interrupted_call{-1};  ///< number of the interrupted call, of any port; -1: none
   Interruption interruption{Interruption::kKill};
   Moment moment{Moment::kBefore};
   bool was_interrupted{false};
-  bool goes_on{false};      ///< commands may follow a Stop of another client
-  double late_s{0};         ///< an intent is written so long after the Move, or when the way down begins
-  int superseded_call{-1};  ///< number of the call of the store that raises Superseded
-  Corbot::ClaimToken superseded_by{8};  ///< the token of the claim that is present then
-  int stopped_command{-1};              ///< number of the robot's command during which a stop is requested
-  int command_stopped_by_other{-1};  ///< number of the command that a Stop of another client ends; -1: none
-  bool is_held_by_other{false};      ///< that Stop is a StopAndHold, which leaves the robot in Error
-  int occupied{0};                   ///< so many calls of Enter find another robot
+  bool goes_on{false};                  ///< commands may follow a Stop of another client
+  double late_s{0};                     ///< delay of an intent after the Move; the descent ends it
+  int superseded_call{-1};              ///< number of the store's call that throws Superseded
+  Corbot::ClaimToken superseded_by{8};  ///< token of the new claim
+  int stopped_command{-1};              ///< number of the command that requests a stop
+  int command_stopped_by_other{-1};     ///< number of the command that another client stops; -1: none
+  bool is_held_by_other{false};         ///< the stop is a StopAndHold, which leaves an Error
+  int occupied{0};                      ///< number of calls of Enter that find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
-  std::string fails_over{};             ///< every motion to this place is NotReady
-  int failures{0};                      ///< of motions to that place
-  std::function<void(int)> on_reserve;  ///< with the number of calls
-  std::function<void()> on_close;       ///< the gripper has closed
-  int last_placed{1};                   ///< after so many placed pieces the next Reserve requests a stop
+  std::string fails_over{};             ///< every motion to this place throws NotReady
+  int failures{0};                      ///< number of failed motions to that place
+  std::function<void(int)> on_reserve;  ///< called with the number of calls
+  std::function<void()> on_close;       ///< called when the gripper has closed
+  int last_placed{1};                   ///< number of placed pieces after which Reserve requests a stop
 
   std::stop_source stop_source;
   std::vector<Piece> pieces;
-  std::vector<std::string> record;              ///< calls in their order, without intents
-  std::vector<std::string> holders_at_release;  ///< of the claim, each time that control was given back
+  std::vector<std::string> record;              ///< calls in order, without intents
+  std::vector<std::string> holders_at_release;  ///< the claim's holder at each release of control
   std::vector<std::string> violations;
   std::vector<std::string> reports;
   std::vector<cell::ActivityChange> activities;
   std::map<Corbot::TransferStep, int> written;
-  std::string last_note;  ///< of the last step that was written
+  std::string last_note;  ///< note of the last written step
 
   [[nodiscard]] std::size_t count(const std::string& place) const;
   [[nodiscard]] int count_reports(const std::string& part) const;
   void report(const std::string& text);
-  /// The process is started again.
+  /// Starts the process again.
   void revive() { is_dead_ = false; }
-  /// A person takes the pieces away that are unclear.
+  /// Removes the unclear pieces, as a person does.
   void resolve();
-  /// Another coordinator has ended the transfer.
+  /// Ends the transfer, as another coordinator does.
   void end_transfer() { ledger_.step = Corbot::StepWithdrawn; }
 
   // RobotPort
@@ -131,7 +130,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
     Eigen::Vector3d target{};
   };
 
-  /// Carries out `effect`, or as much of it as an interruption lets it: `half` where it ends in its middle.
+  /// Carries out `effect`, or nothing, or `half` if the call is interrupted in the middle.
   void interruptible(
       const std::function<void()>& effect, const std::function<void()>& half = [] {});
   [[noreturn]] void interrupt();
@@ -159,7 +158,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool is_dead_{false};
   int calls_{0};
   bool is_told_open_{true};
-  bool has_looked_{false};  ///< since the last motion of the arm
+  bool has_looked_{false};  ///< a look has followed the arm's last motion
   bool is_unclear_{false};
   Corbot::PieceNumber last_number_{0};
   std::string zone_;

@@ -20,7 +20,7 @@ using ::testing::EndsWith;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
-/// The output of a shell, without the end of the line.
+/// Returns the output of a shell without the newline.
 std::string printed_by(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");
   std::array<char, 256> text{};

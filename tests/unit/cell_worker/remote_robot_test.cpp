@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The robot of a worker over CORBA: a robot that knows robot.idl alone and loses replies, and a real arm.
+// Tests a worker's robot over CORBA: a robot of robot.idl alone that loses replies, and a real arm.
 #include "cell/coordinator/remote_robot.h"
 
 #include <algorithm>
@@ -18,14 +18,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// How the next motion of a PlainRobot ends, besides well.
+/// The end of the next motion of a PlainRobot.
 enum class Mishap { kNone, kQueueFull, kLostBefore, kLostAfter };
 
 /// A servant of robot.idl that moves at once.
 class PlainRobot : public POA_Corbot::Robot {
  public:
   Mishap mishap{Mishap::kNone};
-  int losses{0};  ///< replies of Status that are lost
+  int losses{0};  ///< number of lost replies of Status
   std::vector<std::string> moved;
 
   Corbot::JointCoord* ArtiCoord() override { return new Corbot::JointCoord; }
@@ -66,7 +66,7 @@ class PlainRobot : public POA_Corbot::Robot {
   Vector3d tool_{0, 0, 0.3};
 };
 
-/// A PlainRobot that can be called in this process.
+/// A PlainRobot, served in this process.
 class Activated {
  public:
   Activated() {
@@ -103,7 +103,7 @@ TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
     std::size_t moves;
     std::size_t opens;
   };
-  // A gripper has no position to compare: after a lost reply it is commanded again.
+  // A gripper has no position to compare, so the command is repeated after a lost reply.
   for (const Case& c : {Case{Mishap::kNone, 1, 1}, Case{Mishap::kQueueFull, 1, 1},
                         Case{Mishap::kLostBefore, 1, 1}, Case{Mishap::kLostAfter, 1, 2}}) {
     plain.moved.clear();
@@ -121,7 +121,7 @@ TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
   EXPECT_THROW(robot.open(), Corbot::Stopped);
 }
 
-/// The connection of a servant that has died since fails once.
+/// The first call on a dead servant's connection fails.
 TEST(RemoteRobot, AStateIsAskedOnceMoreWhereTheConnectionFails) {
   Activated activated;
   cell::WorkGate gate;
@@ -146,7 +146,7 @@ TEST(RemoteRobot, TheTimeOfAPauseIsNoTimeWithoutAReply) {
 
 class RemoteArm : public RobotRig {
  protected:
-  /// Whether the time that is left of control rises again within five seconds.
+  /// Tells if the remaining time of control rises again within five seconds.
   bool is_renewed() {
     const auto ends = std::chrono::steady_clock::now() + std::chrono::seconds(5);
     double least_s = 1e9;
@@ -182,7 +182,7 @@ TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
   EXPECT_EQ(raised_by([&] { arm_->Open(); }), "");
 }
 
-/// Seconds that `f` takes.
+/// Returns the seconds that `f` takes.
 template <class F>
 double call_duration_of(F&& f) {
   const auto begin = std::chrono::steady_clock::now();
@@ -214,7 +214,7 @@ TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   robot.release();
 }
 
-/// A worker takes Stopped for a person's Stop.
+/// A worker treats Stopped as a person's Stop.
 TEST_F(RemoteArm, TheEndOfTheTaskIsNoStop) {
   cell::WorkGate gate;
   cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token(), gate);

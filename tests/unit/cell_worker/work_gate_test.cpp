@@ -29,7 +29,7 @@ TEST(WorkGate, KeepsAHoldInRoomThatItHasFromTheBeginning) {
   EXPECT_FALSE(cell::WorkGate(file).is_stopped());
   gate.set_paused(false);
   EXPECT_TRUE(cell::WorkGate(file).is_open());
-  std::ofstream(file) << "stop\n";  // of an older version
+  std::ofstream(file) << "stop\n";  // written by an older version
   EXPECT_TRUE(cell::WorkGate(file).is_stopped());
   std::filesystem::remove_all(directory);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recipe of a worker in a world that behaves: what moves, what the ledger has of it, and what must not
-// be.
+// Tests the recipe of a worker in a simulated world: motions, entries of the ledger, and rules of the work.
 #include "cell/coordinator/worker.h"
 
 #include <fmt/format.h>
@@ -34,7 +33,7 @@ using ::testing::Not;
 
 constexpr const char* kDownTooEarly = "the way down begins before its intent is in the ledger";
 
-/// A worker that must not be: its way down does not wait for the intent.
+/// A faulty worker whose descent does not wait for the intent.
 class HastyWorker : public cell::Worker {
  public:
   using Worker::Worker;
@@ -43,8 +42,8 @@ class HastyWorker : public cell::Worker {
   void await_intent(std::future<void>& /*intent*/) override {}
 };
 
-/// Until a person is needed; or, where `on_person` says what the person does, until the work is done. Returns what the
-/// worker had last.
+/// Runs a worker until it waits for a person, and returns its status then. With `on_person`, calls the
+/// function for each such wait, and returns the status at the end of the work.
 template <class WorkerType = cell::Worker>
 Corbot::RobotWork run(const cell::CellConfig& config, FakeCell& world, const std::string& robot,
                       const std::function<void(cell::Worker&)>& on_person = {}) {
@@ -70,10 +69,10 @@ Corbot::RobotWork run(const cell::CellConfig& config, FakeCell& world, const std
 
 class WorkerTest : public ::testing::TestWithParam<const char*> {
  protected:
-  /// A piece that robot1 takes from its area, or robot2 from a slot.
+  /// Adds a piece to robot1's area, or to a slot for robot2.
   void add_piece(FakeCell& world, int number) const {
     if (is_area()) {
-      world.add_to_area(0.14 - 0.03 * number, 0.24);  // the last is the nearest
+      world.add_to_area(0.14 - 0.03 * number, 0.24);  // the last piece is the nearest
     } else {
       world.add_to_slot("store1", number);
     }
@@ -82,7 +81,7 @@ class WorkerTest : public ::testing::TestWithParam<const char*> {
   [[nodiscard]] std::string from() const { return is_area() ? "pallet1" : "store1"; }
   [[nodiscard]] std::string to() const { return is_area() ? "store1" : "pallet2"; }
   Corbot::RobotWork run_one(FakeCell& world) const { return run(config_, world, GetParam()); }
-  /// Two pieces, and a call that is interrupted.
+  /// Returns a world with two pieces and an interrupted call.
   [[nodiscard]] std::unique_ptr<FakeCell> made(Interruption interruption, Moment moment, int call) const {
     auto world = std::make_unique<FakeCell>(config_, GetParam());
     for (int i = 0; i < 2; ++i) add_piece(*world, i);
@@ -137,7 +136,7 @@ TEST_P(WorkerTest, ManyPiecesArriveAndNoRuleIsBroken) {
   EXPECT_EQ(world.count(to()), 4U);
 }
 
-/// What a robot did, in its order: "look 1 store1", where 1 is the piece and store1 the zone.
+/// Returns a robot's activities in order: "look 1 store1", with the piece 1 and the zone store1.
 std::vector<std::string> described(const std::vector<cell::ActivityChange>& changes) {
   constexpr const char* kNames[] = {"idle", "move", "zone?", "look", "piece?"};
   std::vector<std::string> texts;
@@ -275,7 +274,7 @@ TEST_P(WorkerTest, AGripperIsNotOpenedOverAPieceWhileAnotherStandsAtTheSource) {
     ++asked;
     EXPECT_THAT(worker.status().text.in(), HasSubstr("and a piece stands at "));
     EXPECT_THAT(world.record, Not(Contains("withdrawn")));
-    if (asked == 2) world.pieces.pop_back();  // the first Start changes nothing: the piece still stands there
+    if (asked == 2) world.pieces.pop_back();  // the piece still stands there after the first Start
     worker.go_on();
   });
   EXPECT_EQ(asked, 2);
@@ -494,7 +493,7 @@ TEST_P(WorkerTest, AKillAtAnyCallLosesAndDoublesNothing) {
 
 TEST_P(WorkerTest, AFaultAtAnyCallIsOvercomeByTheWorkerItself) {
   for (const Moment moment : {Moment::kBefore, Moment::kMiddle, Moment::kAfter}) {
-    for (int call = static_cast<int>(moment);; call += 3) {  // each has a pause after it
+    for (int call = static_cast<int>(moment);; call += 3) {  // a pause follows each call
       ASSERT_LT(call, 200);
       const auto world = made(Interruption::kFault, moment, call);
       run(config_, *world, GetParam(), [](cell::Worker&) {});
@@ -555,7 +554,7 @@ TEST_P(WorkerTest, AnUnclearPieceKeepsTheRobotFromWorkUntilItIsResolved) {
   std::size_t commands = 0;
   run(config_, *world, GetParam(), [&](cell::Worker& worker) {
     commands = world->record.size();
-    worker.go_on();  // does not help: the piece is unclear still
+    worker.go_on();  // no effect: the piece is still unclear
     if (world->count_reports("attention: begin: piece") == 0) return;
     EXPECT_EQ(std::count(world->record.begin() + static_cast<std::ptrdiff_t>(commands), world->record.end(),
                          "reserve"),
