@@ -18,7 +18,7 @@ bool equals_ignoring_case(std::string_view a, std::string_view b) {
 
 bool is_digit(unsigned char c) { return std::isdigit(c) != 0; }
 
-/// Of "HOST:PORT", "HOST" or "[IPV6]:PORT"; empty where it is none of them.
+/// Returns the host in "HOST:PORT", "HOST" or "[IPV6]:PORT"; empty for any other form.
 std::string_view name_of(std::string_view host) {
   const std::size_t bracket = host.starts_with('[') ? host.find(']') : 0;
   if (bracket == std::string_view::npos) return {};

@@ -5,20 +5,25 @@
 #include <string_view>
 #include <vector>
 
-// Which requests a panel takes, whatever a page of another origin or a DNS name that points here (DNS rebinding) asks for.
+// Checks which requests a panel accepts. The checks refuse pages of another origin, and foreign DNS names
+// that point to this host (DNS rebinding).
 
 namespace corbot::panel {
 
-/// `host` is as in the header Host, with a port or without: a name of the loopback, or one of `more`, which have no port.
+/// Returns whether `host` is a name of the loopback or one of `more`. `host` is as in the header Host, with
+/// or without a port; the names in `more` have no port.
 [[nodiscard]] bool is_host_allowed(std::string_view host, const std::vector<std::string>& more);
 
-/// `origin` is as in the header Origin. It has the scheme http or https, and `host` is as in the header Host of that request.
+/// Returns whether `origin` is `host` with the scheme http or https. Both are as in the headers Origin and
+/// Host of one request.
 [[nodiscard]] bool is_same_origin(std::string_view origin, std::string_view host);
 
-/// Takes the same time for each wrong token of the right length. An empty `token` refuses all.
+/// Returns whether both are equal. The comparison takes the same time for each wrong token of the right
+/// length. An empty `token` refuses all.
 [[nodiscard]] bool is_token(std::string_view given, std::string_view token);
 
-/// The value of `key` in the query of a request's target, as it stands there; empty: it has none.
+/// Returns the value of `key` in the query of a request's target, without decoding. Empty: the query has
+/// none.
 [[nodiscard]] std::string_view query_value(std::string_view target, std::string_view key);
 
 }  // namespace corbot::panel

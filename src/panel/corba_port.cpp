@@ -16,11 +16,11 @@ using client::printable;
 using nlohmann::json;
 
 constexpr double kPollTimeout_s = 2.0;
-/// A Stop returns at rest: a slow arm takes its time.
+/// A Stop returns when the arm is at rest, so a slow arm needs more time than a poll.
 constexpr CORBA::ULong kStopTimeout_ms = 10'000;
-/// Alarms are read, and the connection for Stops is used, once in so many polls.
+/// The port reads the alarms and uses the connection for Stops once in this number of polls.
 constexpr unsigned kSlowPolls = 10;
-constexpr CORBA::ULong kStopConnections = 1;  // the name of their group
+constexpr CORBA::ULong kStopConnections = 1;  // identifies the group of connections for Stops
 constexpr CORBA::ULong kMostStopConnections = 4;
 
 template <class List>
@@ -84,7 +84,7 @@ json joints_data(const Corbot::JointList& joints) {
   return list;
 }
 
-/// Its calls use connections that no other reference uses.
+/// Returns a reference for Stops. Only references from this function use its connections.
 Corbot::Arm_var stop_reference(CORBA::ORB_ptr orb, const client::Address& address) {
   const CORBA::Object_var shared = client::find_object(orb, address);
   return client::call(address, [&] {
@@ -134,7 +134,7 @@ json CorbaPort::state() {
     if (polls_++ % kSlowPolls == 0) {
       const Corbot::AlarmList_var alarms = arm_->Alarms();
       alarms_ = active_alarms(alarms.in());
-      (void)stop_connection_->CycleAge();  // opens it, and keeps it open
+      (void)stop_connection_->CycleAge();  // opens the connection for Stops, and keeps it open
     }
     const Corbot::ArmState_var now = arm_->State();
     json state = state_data(now.in());

@@ -9,13 +9,13 @@
 
 namespace corbot::panel {
 
-/// The ORB of a panel. To be started before any other one of the process. Throws client::Failure.
+/// Starts the ORB of a panel. Call it before the process starts any other ORB. Throws client::Failure.
 [[nodiscard]] CORBA::ORB_var start_panel_orb();
 
 /// An arm behind CORBA. Polls and Stops never share a connection.
 class CorbaPort : public RobotPort {
  public:
-  /// `robot` is as for client::find_robot, which each connect() asks anew. Calls nothing.
+  /// Calls nothing. Each connect() passes `robot` to client::find_robot again.
   CorbaPort(CORBA::ORB_ptr orb, std::string robot);
 
   [[nodiscard]] nlohmann::json connect() override;
@@ -23,7 +23,7 @@ class CorbaPort : public RobotPort {
   void stop() override;
 
  private:
-  /// The reference for Stops, and where it leads to.
+  /// The reference for Stops, and the address of its arm.
   struct StopWay {
     client::Address address;
     Corbot::Arm_var arm;
@@ -33,9 +33,9 @@ class CorbaPort : public RobotPort {
 
   CORBA::ORB_var orb_;
   std::string robot_;
-  client::Address address_;  // of the thread that polls, as are the next four
+  client::Address address_;  // only the polling thread uses it and the next four members
   Corbot::Arm_var arm_;
-  Corbot::Arm_var stop_connection_;  // shares its connections with stop_way_, and waits as briefly as a poll
+  Corbot::Arm_var stop_connection_;  // shares its connections with stop_way_; has a poll's time-out
   unsigned polls_{0};
   nlohmann::json alarms_;
   mutable std::mutex mutex_;

@@ -17,11 +17,11 @@ using nlohmann::json;
 
 constexpr unsigned kMostHeaderBytes = 8192;
 constexpr std::size_t kMostBodyBytes = 4096;
-/// A browser that has not read a response by then loses it.
+/// A browser that has not read a response within this time loses its connection.
 constexpr std::chrono::seconds kResponseTimeout{60};
 constexpr const char* kText = "text/plain; charset=utf-8";
 constexpr const char* kJson = "application/json";
-/// The page runs its own scripts alone, speaks with this server alone, and is shown in no other page.
+/// The page runs only its own scripts, connects only to this server, and cannot be embedded in another page.
 constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -30,7 +30,7 @@ std::string_view view(beast::string_view text) { return {text.data(), text.size(
 
 std::string dump(const json& data) { return data.dump(-1, ' ', false, json::error_handler_t::replace); }
 
-/// Of another page, or by a name that is none of this server's.
+/// Returns whether a request comes from another page or uses a host name that is not allowed.
 bool is_foreign(const http::fields& fields, const std::vector<std::string>& more_hosts) {
   const std::string_view host = view(fields[http::field::host]);
   if (fields.count(http::field::host) != 1 || !is_host_allowed(host, more_hosts)) return true;
@@ -97,7 +97,7 @@ void HttpSession::respond_to_api(const Request& request, std::string_view path) 
   if (order.is_empty())
     return refuse(Status::bad_request, "write nothing, {}, or {\"robot\": NAME} with a robot of this panel");
   stop_ = std::move(order);
-  stream_.expires_never();  // the robot's port ends each Stop
+  stream_.expires_never();  // the time-out of the robot's port limits each Stop
   on_change();
 }
 

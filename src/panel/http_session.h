@@ -11,7 +11,7 @@
 
 namespace corbot::panel {
 
-/// A connection that takes requests, until one of them asks for a WebSocket.
+/// An HTTP connection. It serves requests until one of them opens a WebSocket.
 class HttpSession : public Session {
  public:
   HttpSession(Hub& hub, boost::asio::ip::tcp::socket socket);
@@ -31,7 +31,7 @@ class HttpSession : public Session {
   void open_socket(const Request& request);
   void refuse(Status status, const std::string& text);
   void send(Status status, const char* type, std::string body);
-  /// No more requests: the connection ends once the browser has read the response.
+  /// Ends sending, and discards input until the browser closes the connection.
   void drain();
   [[nodiscard]] bool has_token(const Request& request) const;
   [[nodiscard]] std::shared_ptr<HttpSession> self();
@@ -41,7 +41,7 @@ class HttpSession : public Session {
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   bool keep_alive_{false};
-  std::optional<StopOrder> stop_;  // whose result is the response
+  std::optional<StopOrder> stop_;  // its result is the response
   std::array<char, 1024> drained_{};
 };
 

@@ -16,19 +16,20 @@
 
 namespace corbot::panel {
 
-/// A Stop that was requested, of one robot or of several.
+/// A requested Stop of one or several robots.
 class StopOrder {
  public:
   void add(RobotWatch& robot) { robots_.emplace_back(&robot, robot.request_stop()); }
   [[nodiscard]] bool is_empty() const { return robots_.empty(); }
-  /// Nothing before all have ended. {"robots": [{"robot": …, "stopped": true}, {…, "stopped": false, "text": …}]}
+  /// Returns nothing before the Stops of all robots have ended. The result has the form
+  /// {"robots": [{"robot": …, "stopped": true}, {…, "stopped": false, "text": …}]}
   [[nodiscard]] std::optional<nlohmann::json> result() const;
 
  private:
   std::vector<std::pair<RobotWatch*, std::uint64_t>> robots_;
 };
 
-/// One connection of a browser. All of it runs in the server's thread.
+/// One connection of a browser. All its functions run in the server's thread.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   using Clock = std::chrono::steady_clock;
@@ -37,10 +38,10 @@ class Session : public std::enable_shared_from_this<Session> {
   Session& operator=(const Session&) = delete;
   virtual ~Session() = default;
 
-  /// A robot has a new state, or a Stop has ended. Each WebSocket gets it.
+  /// The hub calls it when a robot has a new state or a Stop has ended.
   virtual void on_change() = 0;
   virtual void close() = 0;
-  /// Since when it has waited for a request.
+  /// Returns the time since which the connection has waited for a request.
   [[nodiscard]] Clock::time_point idle_since() const { return idle_since_; }
 
  protected:
@@ -50,7 +51,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Clock::time_point idle_since_{Clock::now()};
 };
 
-/// What the connections of one server share.
+/// The robots, pages and sessions that all connections of one server share.
 class Hub {
  public:
   Hub(ServerSettings settings, std::vector<std::unique_ptr<RobotWatch>> robots);
@@ -58,22 +59,23 @@ class Hub {
   Hub& operator=(const Hub&) = delete;
   ~Hub();
 
-  /// Requests a Stop at once: of all robots for {}, of one for {"robot": NAME}. An empty order: none is wanted that is possible.
+  /// Requests Stops at once: {} stops all robots, {"robot": NAME} stops one. The order is empty if `wanted`
+  /// is no object or names an unknown robot.
   [[nodiscard]] StopOrder stop(const nlohmann::json& wanted) const;
   [[nodiscard]] nlohmann::json descriptions() const;
 
-  /// Makes room where there are too many.
+  /// Adds a connection. If there are too many, closes those that have been idle for longest.
   void add_request(const std::shared_ptr<Session>& session);
   [[nodiscard]] bool has_room_for_socket();
   void add_socket(const std::shared_ptr<Session>& session) { sockets_.push_back(session); }
-  /// Keeps it until the next on_change(), which it gets.
+  /// Keeps the session until the next on_change(), which calls that of the session.
   void hold(std::shared_ptr<Session> session) { held_.push_back(std::move(session)); }
   void on_change();
 
   const ServerSettings settings;
   const PageFiles pages;
   boost::asio::io_context io{1};
-  const std::vector<std::unique_ptr<RobotWatch>> robots;  // they post to io: their threads end before it does
+  const std::vector<std::unique_ptr<RobotWatch>> robots;  // declared after io: their threads post to io
 
  private:
   using Sessions = std::list<std::weak_ptr<Session>>;

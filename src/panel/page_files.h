@@ -8,7 +8,8 @@
 
 namespace corbot::panel {
 
-/// The files of a page, read once: a request opens no file, so none outside the directory can be had.
+/// The files of a page, read once into memory. A request opens no file, and so reads none outside the
+/// directory.
 class PageFiles {
  public:
   struct File {
@@ -16,10 +17,11 @@ class PageFiles {
     std::string bytes;
   };
 
-  /// Reads all regular files beneath `directory`, but hidden ones and links. Throws client::Failure.
+  /// Reads all regular files beneath `directory`, except links and hidden entries. Throws client::Failure.
   explicit PageFiles(const std::filesystem::path& directory);
 
-  /// `path` is of a URL, without a query; "/" is "/index.html". Null where there is no such file.
+  /// `path` is the path of a URL, without the query; "/" means "/index.html". Returns null if there is no
+  /// such file.
   [[nodiscard]] const File* find(std::string_view path) const;
 
  private:

@@ -5,7 +5,8 @@
 
 namespace corbot::panel {
 
-/// One robot as the panel needs it. Each function may block. An error leaves as a std::exception whose text is for people.
+/// The panel's interface to one robot. Each function may block. Each reports an error by a std::exception,
+/// whose text is for people.
 class RobotPort {
  public:
   RobotPort() = default;
@@ -13,11 +14,12 @@ class RobotPort {
   RobotPort& operator=(const RobotPort&) = delete;
   virtual ~RobotPort() = default;
 
-  /// Connects, for stop() as well. Returns what does not change until the next connect(): an object.
+  /// Connects, also for stop(). Returns an object with the data that do not change until the next connect().
   [[nodiscard]] virtual nlohmann::json connect() = 0;
-  /// The state of the robot now: an object. The thread of connect() calls it.
+  /// Returns the robot's present state as an object. The thread of connect() calls it.
   [[nodiscard]] virtual nlohmann::json state() = 0;
-  /// Stops the arm and returns when it is at rest. Another thread calls it, also while the others hang or have failed.
+  /// Stops the arm and returns when the arm is at rest. Another thread calls it, even while the other
+  /// functions hang or have failed.
   virtual void stop() = 0;
 };
 

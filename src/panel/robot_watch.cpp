@@ -94,7 +94,7 @@ void RobotWatch::poll_until_failure() {
     nlohmann::json state = port_->state();
     state["connected"] = true;
     publish(std::move(state));
-    due = std::max(due + kPollInterval, Clock::now());  // a poll that was late delays the next ones
+    due = std::max(due + kPollInterval, Clock::now());  // a late poll delays the next ones
   } while (sleep_until(due));
 }
 

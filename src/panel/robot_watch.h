@@ -13,16 +13,18 @@
 
 namespace corbot::panel {
 
-/// Watches one robot. One thread polls its state at 50 Hz and connects again after a failure, another one stops it: a poll that
-/// hangs holds up no Stop. Thread-safe.
+/// Watches one robot. One thread polls the state at 50 Hz, and connects again after a failure. Another thread
+/// stops the robot, so a poll that hangs delays no Stop. Thread-safe.
 class RobotWatch {
  public:
-  /// The newest state as JSON, or why there is none. The number rises with each text; 0: there was none yet.
+  /// The newest state as JSON, or the reason why there is none. `number` rises with each text; 0: no text
+  /// yet.
   struct State {
     std::uint64_t number{0};
     std::shared_ptr<const std::string> text{};
   };
-  /// How the newest Stop ended, and with it all of lower numbers. Empty failure: the arm is at rest.
+  /// The result of the newest Stop that has ended; all Stops with lower numbers have ended too. Empty
+  /// `failure`: the arm came to rest.
   struct StopResult {
     std::uint64_t number{0};
     std::string failure{};
@@ -31,20 +33,22 @@ class RobotWatch {
   RobotWatch(std::string name, std::unique_ptr<RobotPort> port);
   RobotWatch(const RobotWatch&) = delete;
   RobotWatch& operator=(const RobotWatch&) = delete;
-  /// Waits for calls of the port that are under way.
+  /// Waits for the port's calls in progress and for requested Stops.
   ~RobotWatch();
 
-  /// Starts both threads. They call `changed`, which must not block, after each new state and each Stop. Once.
+  /// Starts both threads. They call `changed` after each new state and each Stop; `changed` must not block.
+  /// Call start() once.
   void start(std::function<void()> changed);
-  /// Asks both threads to end. A Stop that was requested before is still carried out.
+  /// Requests the end of both threads, and does not wait. They still carry out a Stop that was requested
+  /// before.
   void end();
 
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   [[nodiscard]] State newest() const;
-  /// What connect() of the port returned last; an empty object before.
+  /// Returns the last result of the port's connect(); an empty object before the first.
   [[nodiscard]] nlohmann::json description() const;
 
-  /// Stops the robot and does not wait. Returns the number of this Stop, for last_stop().
+  /// Requests a Stop and does not wait. Returns the number of the Stop, to be compared with last_stop().
   std::uint64_t request_stop();
   [[nodiscard]] StopResult last_stop() const;
 
@@ -55,7 +59,7 @@ class RobotWatch {
   void poll_until_failure();
   void run_stops();
   void publish(nlohmann::json state);
-  /// False when the watch is to end.
+  /// Returns false if the watch is to end.
   [[nodiscard]] bool sleep_until(Clock::time_point time);
 
   std::string name_;

@@ -22,7 +22,7 @@ using boost::system::error_code;
 using client::ExitCode;
 using client::Failure;
 
-/// What the kernel holds for a browser that does not read is old when it is read.
+/// The buffer is small, because its data are old when a slow browser reads them.
 constexpr int kSendBufferBytes = 16'384;
 constexpr std::chrono::milliseconds kAfterFailedAccept{100};
 
@@ -67,7 +67,7 @@ class Server::Listener {
         take(std::move(socket));
         return accept();
       }
-      // No descriptor is left, for example.
+      // For example, no file descriptor was left. The server tries again after a pause.
       pause_.expires_after(kAfterFailedAccept);
       pause_.async_wait([this](error_code) { accept(); });
     });
@@ -81,7 +81,7 @@ class Server::Listener {
     session->start();
   }
 
-  /// From the threads of the robots: the next one waits until this one has been taken.
+  /// The threads of the robots call it. It posts nothing while the previous call is still queued.
   void on_change() {
     if (is_posted_.exchange(true)) return;
     asio::post(hub_.io, [this] {

@@ -9,26 +9,30 @@
 
 namespace corbot::panel {
 
-/// Serves the page, and to it the newest states of robots:
+/// Serves the page and the newest states of robots:
 ///   GET /, /…          the files of the page
-///   GET /api/robots    what connect() of each robot returned
-///   POST /api/stop     stops all robots, or the one that the body {"robot": NAME} names; the reply says which are at rest
-///   GET /ws            a WebSocket: each robot's newest state, 50 a second at the most, and {"stop": {}}, as the body above
-/// All but the files need the token: `Authorization: Bearer TOKEN`, or `?token=TOKEN`. One thread does everything, and waits
-/// neither for a robot nor for a browser. For each robot a WebSocket holds one text that is being sent; the next one is the newest then.
+///   GET /api/robots    the result of connect() for each robot
+///   POST /api/stop     stops all robots, or only the one that the body {"robot": NAME} names.
+///                      The reply has the result for each robot.
+///   GET /ws            a WebSocket. It sends each robot's newest state, at most 50 a second.
+///                      It accepts {"stop": {}}, whose object is like the body above.
+///
+/// All requests except for files need the token: `Authorization: Bearer TOKEN`, or `?token=TOKEN`. One thread
+/// serves all connections, and waits neither for a robot nor for a browser. A WebSocket queues no states: it
+/// sends one text at a time, and then the newest state.
 class Server {
  public:
-  /// Listens, and starts to watch. Throws client::Failure.
+  /// Listens, and starts all watches. Throws client::Failure.
   Server(ServerSettings settings, std::vector<std::unique_ptr<RobotWatch>> robots);
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
-  /// run() has returned. Waits for calls to robots that are under way.
+  /// Waits for calls to robots that are in progress. run() must have returned before.
   ~Server();
 
   [[nodiscard]] int port() const;
-  /// Serves until end().
+  /// Serves until a call of end().
   void run();
-  /// From any thread.
+  /// Makes run() return. Any thread may call it.
   void end();
 
  private:

@@ -9,17 +9,19 @@
 namespace corbot::panel {
 
 struct ServerSettings {
-  std::string host{"127.0.0.1"};          ///< the address to listen on, in figures
-  int port{0};                            ///< 0: any that is free
-  std::vector<std::string> more_hosts{};  ///< names besides those of the loopback by which browsers may come
+  std::string host{"127.0.0.1"};          ///< numeric address to listen on
+  int port{0};                            ///< 0: any free port
+  std::vector<std::string> more_hosts{};  ///< host names that requests may use, besides the loopback's
   std::filesystem::path pages;            ///< directory of the page
-  /// Who has it may watch and stop. It has only characters that a URL takes as they are.
+  /// A client with this token may watch and stop. Its characters need no escape in a URL.
   std::string watch_token;
-  /// Connections without a WebSocket: the one that is idle for longest makes room for a new one.
+  /// Limit of connections without a WebSocket. Beyond it, a new one replaces the one that is idle for
+  /// longest.
   std::size_t most_requests{32};
-  std::size_t most_sockets{32};  ///< more are refused
-  /// After this time a connection without a whole request is closed, and a WebSocket that answers no ping.
+  std::size_t most_sockets{32};  ///< the server refuses more
+  /// The server closes a connection that sends no whole request within this time.
   std::chrono::milliseconds idle{10'000};
+  /// The server closes a WebSocket that answers no ping within this time.
   std::chrono::milliseconds socket_idle{20'000};
 };
 

@@ -13,14 +13,14 @@
 
 namespace corbot::panel {
 
-/// A WebSocket: sends the newest states, one text at a time, and takes Stops. A browser that reads slowly misses states, and holds up
-/// nobody else.
+/// A WebSocket that sends the newest states, one text at a time, and accepts Stops. A browser that reads
+/// slowly misses states, and delays no other one.
 class SocketSession : public Session {
  public:
   using Request = boost::beast::http::request<boost::beast::http::string_body>;
 
   SocketSession(Hub& hub, boost::beast::tcp_stream stream);
-  /// Answers the request for a WebSocket, which has been checked.
+  /// Accepts a request for a WebSocket that the caller has checked.
   void accept(const Request& request);
   void on_change() override;
   void close() override;
@@ -29,7 +29,7 @@ class SocketSession : public Session {
   void read();
   void take(const std::string& message);
   void send_next();
-  /// The text to send now, null where there is none: a reply before all states, and the robots in turn.
+  /// Returns the text to send now, or null if there is none. Replies precede states; the robots take turns.
   [[nodiscard]] std::shared_ptr<const std::string> next_text();
   [[nodiscard]] std::shared_ptr<SocketSession> self();
 
@@ -38,9 +38,9 @@ class SocketSession : public Session {
   boost::beast::flat_buffer buffer_;
   bool is_open_{false};
   std::shared_ptr<const std::string> sending_;
-  std::vector<std::uint64_t> sent_;  // for each robot the number of its state
-  std::size_t turn_{0};              // of a robot
-  std::optional<StopOrder> stop_;    // whose result is to be sent; a newer one replaces it
+  std::vector<std::uint64_t> sent_;  // for each robot, the number of the state that was sent last
+  std::size_t turn_{0};              // index of the robot whose state is next
+  std::optional<StopOrder> stop_;    // its result is to be sent; a newer order replaces it
   std::shared_ptr<const std::string> reply_;
 };
 
