@@ -5,7 +5,7 @@
 
 #include "arm.hh"
 
-// What `corbot status --json` and the panel say in the same keys.
+// Converts states to the JSON that `corbot status --json` and the panel share.
 
 namespace corbot::client {
 

@@ -28,7 +28,7 @@ using Response = http::response<http::string_body>;
 inline constexpr const char* kToken = "0123456789abcdef";
 inline constexpr std::chrono::seconds kDeadline{30};
 
-/// Waits for what `start` begins, whose handler it passes on; the error, or a time-out's.
+/// Passes a handler to `start` and waits until the operation calls it. Returns its error, or timeout.
 template <class Start>
 beast::error_code finish(asio::io_context& io, Start&& start) {
   beast::error_code result = beast::error::timeout;
@@ -38,7 +38,7 @@ beast::error_code finish(asio::io_context& io, Start&& start) {
   return result;
 }
 
-/// A connection that sends requests one after another.
+/// A connection that sends one request after another.
 class Browser {
  public:
   explicit Browser(int port) {
@@ -75,7 +75,7 @@ class Browser {
     if (error) response.result(0);
     return response;
   }
-  /// Whether the server has closed the connection.
+  /// Returns whether the server closes the connection.
   [[nodiscard]] bool is_closed() {
     char byte = 0;
     const beast::error_code error =
@@ -89,10 +89,10 @@ class Browser {
   beast::flat_buffer buffer_;
 };
 
-/// A WebSocket of a page.
+/// A page's end of a WebSocket.
 class Page {
  public:
-  /// Connects; error() says whether that succeeded.
+  /// Connects. error() is empty after a success.
   explicit Page(int port, const std::string& target = std::string("/ws?token=") + kToken,
                 const std::string& origin = "http://localhost") {
     auto& socket = beast::get_lowest_layer(stream_).socket();
@@ -111,13 +111,13 @@ class Page {
     beast::error_code error;
     stream_.write(asio::buffer(text), error);
   }
-  /// The next text; null after an error.
+  /// Returns the next text; null after an error.
   nlohmann::json read() {
     beast::flat_buffer buffer;
     const beast::error_code error = finish(io_, [&](auto handler) { stream_.async_read(buffer, handler); });
     return error ? nlohmann::json() : nlohmann::json::parse(beast::buffers_to_string(buffer.data()));
   }
-  /// The next text that has this key; null after an error.
+  /// Returns the next text that has the key; null after an error.
   nlohmann::json read_until(const std::string& key) {
     for (;;) {
       nlohmann::json text = read();

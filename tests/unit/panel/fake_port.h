@@ -12,10 +12,10 @@
 
 namespace corbot::panel {
 
-/// A robot of a test, which can refuse, and whose calls can hang until they are let go.
+/// A simulated robot. A test makes its calls fail, or hang until the test releases them.
 class FakeRobot {
  public:
-  /// Those that are under way and to come.
+  /// Makes the polls in progress and all later polls hang, or releases them.
   void set_polls_hang(bool hang) { set(polls_hang_, hang); }
   void set_stops_hang(bool hang) { set(stops_hang_, hang); }
   void set_fault(std::string text) { set(fault_, std::move(text)); }

@@ -81,7 +81,7 @@ TEST_F(Watch, SaysWhyAStopFailed) {
   EXPECT_EQ(watch_.last_stop().failure, "no answer");
 }
 
-// It would be lost otherwise if a motion began after the first Stop has been carried out.
+// A motion may begin after the first Stop has ended. The watch must not drop the second Stop then.
 TEST_F(Watch, CarriesOutAStopThatComesDuringAnother) {
   robot_->set_stops_hang(true);
   start();

@@ -156,7 +156,7 @@ TEST_F(PanelServer, SendsTheStatesOfAllRobots) {
   }
 }
 
-// The states are so large that those for the slow browser fill the buffers of the kernel.
+// The states are large, so that the states for the slow browser fill the kernel's buffers.
 TEST_F(PanelServer, ABrowserThatDoesNotReadMissesStatesAndHoldsUpNobody) {
   one_->set_padding(std::string(200'000, 'x'));
   two_->set_polls_hang(true);
@@ -168,7 +168,7 @@ TEST_F(PanelServer, ABrowserThatDoesNotReadMissesStatesAndHoldsUpNobody) {
     last = quick.read();
     ASSERT_TRUE(last.is_object());
   }
-  // The one that was being sent, and then the newest.
+  // The browser gets the state that the server was sending, and then the newest one.
   int read = 0;
   for (json state = slow.read(); state["number"] < last["number"]; state = slow.read()) {
     ASSERT_TRUE(state.is_object());
