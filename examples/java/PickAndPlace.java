@@ -42,7 +42,8 @@ public final class PickAndPlace {
       carry(RobotHelper.narrow(orb.string_to_object(arguments[0])));
       System.out.println("the piece is there");
     } catch (Unreachable e) {
-      System.err.printf("(%.3f, %.3f, %.3f) m is out of reach: %s%n", e.target.x, e.target.y, e.target.z, e.reason);
+      System.err.printf("(%.3f, %.3f, %.3f) m is out of reach: %s%n",
+          e.target.x, e.target.y, e.target.z, e.reason);
       System.exit(1);
     } catch (UserException e) {
       System.err.println("the robot refused: " + e);

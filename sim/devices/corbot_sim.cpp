@@ -30,15 +30,16 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   drop N          the next N bytes that come in vanish
   garble N        in the next N bytes that are answered all bits are flipped
   silent on|off   answers nothing, though it goes on working
-  deaf QUERY on|off    one kind of query is not answered, the others are; an SSC-32 has position, moving, version,
-                       input and analog, a Maestro position, moving and errors
+  deaf QUERY on|off    one kind of query is not answered, the others are; an SSC-32 has position, moving,
+                       version, input and analog, a Maestro position, moving and errors
   garble QUERY on|off  likewise; in its answers all bits are flipped
   half QUERY on|off    likewise; only the first half of the bytes leaves, of one byte none
   lose QUERY N         likewise; every N-th answer is lost; 0: none
   delay QUERY MS       likewise; its answers, and what comes after them, leave so much later; 0: no later
   batch MS        answers are handed over every MS milliseconds only, as an FTDI adapter does: 16 as it is
                   delivered, 1 with its latency timer set so; 0: at once
-  power on|off    without power: no pulses, no answers, nothing is kept; the terminal stays, as an adapter's does
+  power on|off    without power: no pulses, no answers, nothing is kept; the terminal stays, as an
+                  adapter's does
   brownout MS     power off, and on again after so many milliseconds
   reset           power off and on: pulses off, the first move is a first move again
   unplug          the terminal is hung up and LINK removed
@@ -53,8 +54,9 @@ constexpr const char* kCanFooter = R"(Example:
   corbot-sim cia402 --can unix:/tmp/can --nodes 5 --record counts.csv
   The robot's profile then names unix:/tmp/can as its CAN interface, and nodes 1 to 5.
 
-unix:/PATH is a virtual bus: a socket (SOCK_SEQPACKET, a struct can_frame a packet) that any number of programs
-may join; each receives from all others. Anything else is a CAN interface of this machine, such as vcan0.
+unix:/PATH is a virtual bus: a socket (SOCK_SEQPACKET, a struct can_frame a packet) that any number of
+programs may join; each receives from all others. Anything else is a CAN interface of this machine, such as
+vcan0.
 
 Prints 'ready BUS' when the bus can be joined, and serves until SIGTERM or Ctrl-C; the socket is then removed.
 Lines on standard input ask for faults; each is answered by a line 'ok ...' or 'error: ...'.
@@ -64,7 +66,8 @@ Lines on standard input ask for faults; each is answered by a line 'ok ...' or '
   plug                   the bus is there again ('ready BUS' once more)
   positions              answers 'positions NODE=COUNTS ...', where the shafts stand
   targets                answers 'targets NODE=COUNTS ...', what was commanded last
-  states                 answers 'states NODE=STATE ...', as heartbeats tell it: 5 operational, 127 pre-operational
+  states                 answers 'states NODE=STATE ...', as heartbeats tell it: 5 operational,
+                         127 pre-operational
   help                   explains the commands to drives
 To a drive, or, without NODE, to all:
 )";

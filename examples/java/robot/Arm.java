@@ -8,7 +8,8 @@ import java.util.Arrays;
 /** The Lynx 5 of profiles/cell/arm.toml. Metres, degrees, microseconds; equations: docs/kinematics.md. */
 final class Arm {
   /** A joint. Its servo is at `zero` + `perDegree` * angle; limits are in degrees and seconds. */
-  record Joint(double lower, double upper, double speed, double acceleration, double zero, double perDegree) {}
+  record Joint(
+      double lower, double upper, double speed, double acceleration, double zero, double perDegree) {}
 
   static final Joint[] JOINTS = {
     new Joint(-90, 90, 180, 900, 1500, 10), // base
@@ -78,7 +79,9 @@ final class Arm {
   }
 
   static JointRange[] ranges() {
-    return Arrays.stream(JOINTS).map(joint -> new JointRange(joint.lower, joint.upper)).toArray(JointRange[]::new);
+    return Arrays.stream(JOINTS)
+        .map(joint -> new JointRange(joint.lower, joint.upper))
+        .toArray(JointRange[]::new);
   }
 
   static double pulse(int joint, double angle) {

@@ -68,7 +68,8 @@ final class Motion {
         double after = joints[i + 1][joint];
         double slope = Math.abs(after - before) * SAMPLES / 2;
         double bend = Math.abs(after - 2 * joints[i][joint] + before) * SAMPLES * SAMPLES;
-        least = Math.max(least, leastSeconds(slope, limits.joint(joint), bend, Arm.JOINTS[joint].acceleration()));
+        double acceleration = Arm.JOINTS[joint].acceleration();
+        least = Math.max(least, leastSeconds(slope, limits.joint(joint), bend, acceleration));
       }
     }
     seconds = least;
