@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Makes the stubs of the interface while the wheel is built.
 
-A program then needs neither omniidl nor a temporary directory when it starts. The stubs lie in a package of their own,
-so a file system that ignores case cannot confuse the module Corbot with the package corbot.
+A program then needs neither omniidl nor a temporary directory when it starts. The stubs lie in a package of
+their own, so a file system that ignores case cannot confuse the module Corbot with the package corbot.
 """
 
 from __future__ import annotations
@@ -30,7 +30,15 @@ class StubsHook(BuildHookInterface):  # type: ignore[misc]
         idl = next(found for found in (root / "idl", root.parent / "idl") if (found / FILES[0]).is_file())
         self.made = tempfile.TemporaryDirectory(prefix="corbot-stubs-")  # removed with this object
         subprocess.run(
-            [sys.executable, "-c", OMNIIDL, "-bpython", "-Wbpackage=corbot._stubs", f"-C{self.made.name}", f"-I{idl}"]
+            [
+                sys.executable,
+                "-c",
+                OMNIIDL,
+                "-bpython",
+                "-Wbpackage=corbot._stubs",
+                f"-C{self.made.name}",
+                f"-I{idl}",
+            ]
             + [str(idl / file) for file in FILES],
             check=True,
         )

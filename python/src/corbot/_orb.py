@@ -75,7 +75,9 @@ def orb(*options: str) -> Any:
     """
     global _is_started
     if options and _is_started:
-        raise RuntimeError(f"The ORB of this process has started, and takes no options now, not {' '.join(options)}.")
+        raise RuntimeError(
+            f"The ORB of this process has started, and takes no options now, not {' '.join(options)}."
+        )
     started = CORBA.ORB_init(list(options), CORBA.ORB_ID)
     _is_started = True
     return started
@@ -113,7 +115,9 @@ def _reference(address: str, timeout: float) -> Any:
         if not address.startswith("corbaname:") or not name:
             return orb().string_to_object(address)
         where = context.removeprefix("corbaname:")
-        service = orb().string_to_object(f"corbaloc:{where}" if "/" in where else f"corbaloc:{where}/NameService")
+        service = orb().string_to_object(
+            f"corbaloc:{where}" if "/" in where else f"corbaloc:{where}/NameService"
+        )
         set_timeout(service, timeout)
         return service._narrow(CosNaming.NamingContextExt).resolve_str(unquote(name))
     except (CORBA.TRANSIENT, CORBA.TIMEOUT, CORBA.COMM_FAILURE, CORBA.OBJECT_NOT_EXIST) as error:
@@ -139,10 +143,14 @@ def call(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
         except CORBA.UserException as error:
             raise user_error(error) from None
         except (CORBA.BAD_PARAM, CORBA.DATA_CONVERSION) as error:  # the ORB could not encode them
-            raise TypeError(f"The interface does not take the type, the length or the letters of {arguments!r:.200}") from error
+            raise TypeError(
+                f"The interface does not take the type, the length or the letters of {arguments!r:.200}"
+            ) from error
         except CORBA.SystemException as error:
             if error.minor == omniORB.MARSHAL_SequenceIsTooLong:
-                raise TypeError(f"The interface does not take a list of such a length: {arguments!r:.200}") from error
+                raise TypeError(
+                    f"The interface does not take a list of such a length: {arguments!r:.200}"
+                ) from error
             raise system_error(error, address) from error
 
 
@@ -166,7 +174,9 @@ def user_error(error: Any) -> CorbotError:
 
 def system_error(error: Any, address: str) -> CorbotError:
     """Give the Python exception for one that the ORB raises."""
-    if isinstance(error, CORBA.TIMEOUT) or (isinstance(error, CORBA.TRANSIENT) and error.minor == omniORB.TRANSIENT_CallTimedout):
+    if isinstance(error, CORBA.TIMEOUT) or (
+        isinstance(error, CORBA.TRANSIENT) and error.minor == omniORB.TRANSIENT_CallTimedout
+    ):
         return NoAnswer(address)
     # A program that is about to end raises the last two.
     if isinstance(error, (CORBA.COMM_FAILURE, CORBA.TRANSIENT, CORBA.OBJ_ADAPTER, CORBA.OBJECT_NOT_EXIST)):

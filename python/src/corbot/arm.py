@@ -80,7 +80,9 @@ class Arm:
     def __enter__(self) -> Arm:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
         if error is not None:
             self.stop_because_of(error)
 
@@ -89,11 +91,15 @@ class Arm:
 
     # Motions
 
-    def move(self, x: float, y: float, z: float, *, above: float = 0.0, time: float = 0.0, wait: bool = True) -> Motion:
+    def move(
+        self, x: float, y: float, z: float, *, above: float = 0.0, time: float = 0.0, wait: bool = True
+    ) -> Motion:
         """Move the tool freely to the point `above` metres above (x, y, z), metres in the base frame."""
         return self._begin("Move", *_floats(x, y, z, above, time), wait=wait)
 
-    def line(self, x: float, y: float, z: float, *, above: float = 0.0, time: float = 0.0, wait: bool = True) -> Motion:
+    def line(
+        self, x: float, y: float, z: float, *, above: float = 0.0, time: float = 0.0, wait: bool = True
+    ) -> Motion:
         """Move the tool along a straight line to the point `above` metres above (x, y, z), metres."""
         return self._begin("MoveS", *_floats(x, y, z, above, time), wait=wait)
 
@@ -186,7 +192,8 @@ class Arm:
         """Plan a motion as its method would begin it now, from the end of the queue; nothing moves.
 
         `motion` names the method: move, line, arc, pose, relative, joints, drive or ready.
-        `arm.plan("line", 0.2, 0, 0.1, time=2)` plans `arm.line(0.2, 0, 0.1, time=2)`. The caller needs no control.
+        `arm.plan("line", 0.2, 0, 0.1, time=2)` plans `arm.line(0.2, 0, 0.1, time=2)`. The caller
+        needs no control.
         """
         if motion not in _PLANNED:
             raise ValueError(f"No plan is made of '{motion}', but of {', '.join(_PLANNED)}.")
@@ -316,7 +323,9 @@ class Arm:
         elif joints is not None:
             speeds = _floats(*joints)
             if len(speeds) != len(self.joint_names):
-                raise ValueError(f"The arm has {len(self.joint_names)} joints, and these are {len(speeds)} speeds.")
+                raise ValueError(
+                    f"The arm has {len(self.joint_names)} joints, and these are {len(speeds)} speeds."
+                )
             for number, percent in enumerate(speeds):
                 self.call("ArtSpeed", number, percent)
 
@@ -416,12 +425,16 @@ class Arm:
 
     def _number_of(self, joint: str) -> int:
         if joint not in self.joint_names:
-            raise ValueError(f"The arm has no joint '{joint}', but {', '.join(self.joint_names)}. Nothing moved.")
+            raise ValueError(
+                f"The arm has no joint '{joint}', but {', '.join(self.joint_names)}. Nothing moved."
+            )
         return self.joint_names.index(joint)
 
     @cached_property
     def _has_robot_idl_alone(self) -> bool:
-        return isinstance(self._reference, _orb.Corbot._objref_Robot) and not hasattr(self._reference, "StartReady")
+        return isinstance(self._reference, _orb.Corbot._objref_Robot) and not hasattr(
+            self._reference, "StartReady"
+        )
 
     @cached_property
     def _patient(self) -> Any:
@@ -503,7 +516,10 @@ def _joint_list(values: Iterable[_Value]) -> list[_Value]:
     """Refuse values that no arm can take; the servant checks their number."""
     listed = list(values)
     if len(listed) > _orb.MOST_JOINTS:
-        raise ValueError(f"These are {len(listed)} values, and an arm has at most {_orb.MOST_JOINTS} joints. Nothing moved.")
+        raise ValueError(
+            f"These are {len(listed)} values, and an arm has at most {_orb.MOST_JOINTS} joints. "
+            "Nothing moved."
+        )
     return listed
 
 

@@ -36,7 +36,10 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     try:
         orb = _orb.orb("-ORBendPoint", f"giop:tcp:{host}:{port}")
     except RuntimeError as error:
-        told = f"Port {port} would not be open: this process used corbot before. Serve the camera in a process of its own."
+        told = (
+            f"Port {port} would not be open: this process used corbot before. "
+            "Serve the camera in a process of its own."
+        )
         raise RuntimeError(told) from error
     poa = orb.resolve_initial_references("omniINSPOA")
     poa.activate_object_with_id(b"Camera", _Servant(camera))

@@ -21,7 +21,11 @@ from corbot.arm import Arm, connect
 from corbot.errors import CellNotFound, Disconnected, RobotNotFound
 from corbot.poses import Point
 
-_INTERFACES = {"store": _orb.Corbot.Store, "camera": _orb.Corbot.Camera, "coordinator": _orb.Corbot.Coordinator}
+_INTERFACES = {
+    "store": _orb.Corbot.Store,
+    "camera": _orb.Corbot.Camera,
+    "coordinator": _orb.Corbot.Coordinator,
+}
 
 
 class Step(enum.Enum):
@@ -129,7 +133,9 @@ def cell(name: str | Path = "demo", *, timeout: float = 10.0) -> Cell:
 
     `timeout` bounds each call, seconds.
     """
-    directory = Path(name) if isinstance(name, Path) or os.sep in name else _state_directory() / "cells" / str(name)
+    directory = (
+        Path(name) if isinstance(name, Path) or os.sep in name else _state_directory() / "cells" / str(name)
+    )
     addresses = _read(directory)
     if addresses is None:
         raise CellNotFound(str(name), str(directory))
@@ -150,7 +156,10 @@ class Cell:
     @cached_property
     def arms(self) -> dict[str, Arm]:
         """The arms of the robots, by the robots' names."""
-        return {name: connect(address, timeout=self._timeout) for name, address in self._addresses["robots"].items()}
+        return {
+            name: connect(address, timeout=self._timeout)
+            for name, address in self._addresses["robots"].items()
+        }
 
     # Watching
 
@@ -158,7 +167,9 @@ class Cell:
     def robots(self) -> dict[str, RobotWork]:
         """The activity of each robot, by its name."""
         return {
-            work.robot: RobotWork(work.robot, Work(str(work.state)), work.piece or None, work.since, work.text)
+            work.robot: RobotWork(
+                work.robot, Work(str(work.state)), work.piece or None, work.since, work.text
+            )
             for work in self._call("coordinator", "_get_State").robots
         }
 
@@ -176,7 +187,9 @@ class Cell:
     def places(self) -> dict[str, Place]:
         """The places, by their names."""
         return {
-            place.name: Place(place.name, place.capacity, place.pieces, place.reserved, bool(place.shared), place.robot)
+            place.name: Place(
+                place.name, place.capacity, place.pieces, place.reserved, bool(place.shared), place.robot
+            )
             for place in self._call("store", "_get_Places")
         }
 
@@ -237,7 +250,10 @@ class Cell:
         """
         addresses: list[str] = list(self._addresses["robots"].values())
         with ThreadPoolExecutor(len(addresses)) as pool:
-            stops = [pool.submit(lambda address: connect(address, timeout=self._timeout).stop(), each) for each in addresses]
+            stops = [
+                pool.submit(lambda address: connect(address, timeout=self._timeout).stop(), each)
+                for each in addresses
+            ]
         for stop in stops:
             stop.result()
 
@@ -273,7 +289,9 @@ def _event_of(event: Any) -> PieceEvent:
     where = event.where
     position = Point(where.position.x, where.position.y, where.position.z)
     spot = Spot(where.place, where.slot if where.slot >= 0 else None, position, where.yaw)
-    return PieceEvent(event.number, event.time, event.piece, event.robot, Step(str(event.step)), spot, event.note)
+    return PieceEvent(
+        event.number, event.time, event.piece, event.robot, Step(str(event.step)), spot, event.note
+    )
 
 
 def _sighting_of(sighting: Any) -> Sighting:

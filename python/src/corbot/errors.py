@@ -37,7 +37,11 @@ class BadParameter(CorbotError, ValueError):
 
     def __init__(self, parameter: str, value: float, reason: str) -> None:
         self.parameter, self.value, self.reason = parameter, value, reason
-        text = reason if re.search(rf"\b{re.escape(parameter)}\b", reason) else f"{parameter} = {value:g}: {reason}"
+        text = (
+            reason
+            if re.search(rf"\b{re.escape(parameter)}\b", reason)
+            else f"{parameter} = {value:g}: {reason}"
+        )
         super().__init__(f"{_sentence(text)} {_NOTHING_MOVED} Correct the argument.")
 
 
@@ -46,7 +50,9 @@ class Unreachable(CorbotError):
 
     def __init__(self, target: Point, reason: str) -> None:
         self.target, self.reason = target, reason
-        super().__init__(f"{_sentence(reason)} {_NOTHING_MOVED} Choose a point that the arm can reach; 20 cm is 0.20.")
+        super().__init__(
+            f"{_sentence(reason)} {_NOTHING_MOVED} Choose a point that the arm can reach; 20 cm is 0.20."
+        )
 
 
 class LimitExceeded(CorbotError):
@@ -57,12 +63,16 @@ class LimitExceeded(CorbotError):
     is empty if it is not known.
     """
 
-    def __init__(self, quantity: str, joint: int, value: float, lower: float, upper: float, unit: str = "") -> None:
+    def __init__(
+        self, quantity: str, joint: int, value: float, lower: float, upper: float, unit: str = ""
+    ) -> None:
         self.quantity, self.joint, self.value, self.lower, self.upper = quantity, joint, value, lower, upper
         self.unit = unit or ("s" if quantity == "duration" else "")
         of = f" of joint {joint}" if joint >= 0 else ""
         limits = f"{lower:g} to {upper:g} {self.unit}".rstrip()
-        super().__init__(f"{quantity}{of}: {value:g} is not within {limits}. {_NOTHING_MOVED} Stay within the limits.")
+        super().__init__(
+            f"{quantity}{of}: {value:g} is not within {limits}. {_NOTHING_MOVED} Stay within the limits."
+        )
 
 
 class NotReady(CorbotError):
@@ -70,7 +80,10 @@ class NotReady(CorbotError):
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
-        super().__init__(f"{_sentence(reason)} See arm.state and arm.alarms; arm.clear() leaves Error once its cause is gone.")
+        super().__init__(
+            f"{_sentence(reason)} See arm.state and arm.alarms; "
+            "arm.clear() leaves Error once its cause is gone."
+        )
 
 
 class Stopped(CorbotError):
@@ -79,7 +92,8 @@ class Stopped(CorbotError):
     def __init__(self, reason: str) -> None:
         self.reason = reason
         super().__init__(
-            f"{_sentence(reason) or 'The motion was stopped.'} Read arm.state before you move on: the arm is short of the target."
+            f"{_sentence(reason) or 'The motion was stopped.'} "
+            "Read arm.state before you move on: the arm is short of the target."
         )
 
 
@@ -88,7 +102,9 @@ class QueueFull(CorbotError):
 
     def __init__(self, capacity: int) -> None:
         self.capacity = capacity
-        super().__init__(f"{capacity} motions or calls wait already. {_NOTHING_MOVED} Try again when one has ended.")
+        super().__init__(
+            f"{capacity} motions or calls wait already. {_NOTHING_MOVED} Try again when one has ended."
+        )
 
 
 class NoControl(CorbotError):
@@ -96,8 +112,14 @@ class NoControl(CorbotError):
 
     def __init__(self, has_ended: bool) -> None:
         self.has_ended = has_ended
-        text = "Your control of the arm has ended." if has_ended else "Somebody has exclusive control of the arm."
-        super().__init__(f"{text} Nothing was changed. See arm.state.control, and take control with arm.control(NAME).")
+        text = (
+            "Your control of the arm has ended."
+            if has_ended
+            else "Somebody has exclusive control of the arm."
+        )
+        super().__init__(
+            f"{text} Nothing was changed. See arm.state.control, and take control with arm.control(NAME)."
+        )
 
 
 class NotOffered(CorbotError, NotImplementedError):
@@ -106,7 +128,8 @@ class NotOffered(CorbotError, NotImplementedError):
     def __init__(self, address: str, operation: str) -> None:
         self.address, self.operation = address, operation
         super().__init__(
-            f"The robot at {address} has the interface of robot.idl alone, without {operation.removeprefix('_get_')}. "
+            f"The robot at {address} has the interface of robot.idl alone, "
+            f"without {operation.removeprefix('_get_')}. "
             "It has motions that are awaited, and arm.call reads what it has: arm.call('_get_ArtiCoord')."
         )
 
@@ -116,8 +139,18 @@ class RobotNotFound(CorbotError, ConnectionError):
 
     def __init__(self, looked_for: str, where: str, several: bool = False) -> None:
         self.looked_for, self.where = looked_for, where
-        begin = f"No robot at '{looked_for}'" if looked_for else "Several robots are up" if several else "No robot is up"
-        end = "Give the name of one: connect(NAME)" if several else "Start one with 'corbot up PROFILE', or give HOST:PORT/NAME"
+        begin = (
+            f"No robot at '{looked_for}'"
+            if looked_for
+            else "Several robots are up"
+            if several
+            else "No robot is up"
+        )
+        end = (
+            "Give the name of one: connect(NAME)"
+            if several
+            else "Start one with 'corbot up PROFILE', or give HOST:PORT/NAME"
+        )
         super().__init__(f"{begin}: {where}. {end}.")
 
 
@@ -141,7 +174,8 @@ class BadAddress(CorbotError, ValueError):
     def __init__(self, address: str) -> None:
         self.address = address
         super().__init__(
-            f"'{address}' is not the address of a robot. Write the name of one that is up here, HOST:PORT/NAME, "
+            f"'{address}' is not the address of a robot. "
+            "Write the name of one that is up here, HOST:PORT/NAME, "
             "corbaloc::HOST:PORT/NAME, a corbaname or an IOR."
         )
 
@@ -164,7 +198,8 @@ class NoAnswer(CorbotError, TimeoutError):
         self.address = address
         super().__init__(
             f"{address} did not answer in time. The operation may still be carried out. "
-            "Look at the arm, then at the machine and the network; connect(..., timeout=SECONDS) waits longer."
+            "Look at the arm, then at the machine and the network; "
+            "connect(..., timeout=SECONDS) waits longer."
         )
 
 
@@ -173,7 +208,9 @@ class MotionTimeout(CorbotError, TimeoutError):
 
     def __init__(self, number: int, timeout: float) -> None:
         self.number, self.timeout = number, timeout
-        super().__init__(f"Motion {number} has not ended within {timeout:g} s and goes on. Wait again, or call cancel().")
+        super().__init__(
+            f"Motion {number} has not ended within {timeout:g} s and goes on. Wait again, or call cancel()."
+        )
 
 
 class SimulationFailed(CorbotError):
@@ -189,4 +226,6 @@ class OrbError(CorbotError):
 
     def __init__(self, name: str, minor: int) -> None:
         self.name, self.minor = name, minor
-        super().__init__(f"The ORB failed with {name}, minor code {minor:#x}. Check that both ends are of one version.")
+        super().__init__(
+            f"The ORB failed with {name}, minor code {minor:#x}. Check that both ends are of one version."
+        )

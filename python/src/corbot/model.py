@@ -93,7 +93,10 @@ class Model:
         parts = [
             picture.line(floor, "#d7dbe0", 7.0),
             picture.line(links, "#3b4a5a", 7.0),
-            *(picture.line(tool[[0, axis]], colour, 2.5) for axis, colour in ((1, "#d62728"), (2, "#2ca02c"), (3, "#1f77b4"))),
+            *(
+                picture.line(tool[[0, axis]], colour, 2.5)
+                for axis, colour in ((1, "#d62728"), (2, "#2ca02c"), (3, "#1f77b4"))
+            ),
             *(picture.circle(links[index]) for index in at),
         ]
         return picture.document(self.name, parts, _captions(self.moving, joints))
@@ -115,12 +118,17 @@ class _Picture:
         self._offset = self.MARGIN + (room - self._scale * extent) / 2.0 - self._scale * low
 
     def _at(self, points: Array) -> Array:
-        flat: Array = np.column_stack((points @ self._right, points @ self._down)) * self._scale + self._offset
+        flat: Array = (
+            np.column_stack((points @ self._right, points @ self._down)) * self._scale + self._offset
+        )
         return flat
 
     def line(self, points: Array, colour: str, width: float) -> str:
         corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in self._at(points))
-        style = f'fill="none" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="round" stroke-linejoin="round"'
+        style = (
+            f'fill="none" stroke="{colour}" stroke-width="{width:g}" '
+            'stroke-linecap="round" stroke-linejoin="round"'
+        )
         return f'<polyline points="{corners}" {style}/>'
 
     def circle(self, point: Array) -> str:
@@ -130,7 +138,8 @@ class _Picture:
     def document(self, title: str, parts: Iterable[str], captions: Sequence[str]) -> str:
         height = self.HEIGHT + self.LINE * len(captions) + self.MARGIN / 2.0
         texts = "\n".join(
-            f'<text x="{self.MARGIN:g}" y="{self.HEIGHT + self.LINE * (row + 0.5):g}">{escape(caption)}</text>'
+            f'<text x="{self.MARGIN:g}" y="{self.HEIGHT + self.LINE * (row + 0.5):g}">'
+            f"{escape(caption)}</text>"
             for row, caption in enumerate(captions)
         )
         return (
@@ -144,7 +153,9 @@ class _Picture:
 
 def _captions(joints: Sequence[Joint], values: Sequence[float]) -> list[str]:
     texts = [
-        f"{joint.name} {1000.0 * value + 0.0:.1f} mm" if joint.kind == "prismatic" else f"{joint.name} {value + 0.0:.1f}°"
+        f"{joint.name} {1000.0 * value + 0.0:.1f} mm"
+        if joint.kind == "prismatic"
+        else f"{joint.name} {value + 0.0:.1f}°"
         for joint, value in zip(joints, values, strict=True)
     ]
     return ["   ".join(texts[row : row + 3]) for row in range(0, len(texts), 3)]
@@ -162,6 +173,10 @@ def _numbers(text: str) -> list[float]:
 def _joint_of(element: ElementTree.Element) -> Joint:
     roll, pitch, yaw = np.rad2deg(_numbers(_attribute(element, "origin", "rpy")))
     x, y, z = _numbers(_attribute(element, "origin", "xyz"))
-    turn = Quaternion.about((0, 0, 1), yaw) @ Quaternion.about((0, 1, 0), pitch) @ Quaternion.about((1, 0, 0), roll)
+    turn = (
+        Quaternion.about((0, 0, 1), yaw)
+        @ Quaternion.about((0, 1, 0), pitch)
+        @ Quaternion.about((1, 0, 0), roll)
+    )
     a, b, c = _numbers(_attribute(element, "axis", "xyz"))
     return Joint(element.get("name", ""), element.get("type", ""), Pose(Point(x, y, z), turn), (a, b, c))

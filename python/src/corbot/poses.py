@@ -43,9 +43,14 @@ class Quaternion(NamedTuple):
     def from_matrix(cls, matrix: npt.ArrayLike) -> Quaternion:
         """Give the rotation of a 3 by 3 matrix; ValueError if the matrix is not a rotation within 1e-6."""
         r = np.asarray(matrix, dtype=np.float64)
-        if r.shape != (3, 3) or not np.allclose(r @ r.T, np.eye(3), rtol=0.0, atol=_EXACT) or np.linalg.det(r) < 0.0:
+        if (
+            r.shape != (3, 3)
+            or not np.allclose(r @ r.T, np.eye(3), rtol=0.0, atol=_EXACT)
+            or np.linalg.det(r) < 0.0
+        ):
             raise ValueError(f"This is not the matrix of a rotation:\n{r}")
-        # The quaternion is the eigenvector of the largest eigenvalue (Bar-Itzhack 2000), exact at every angle.
+        # The quaternion is the eigenvector of the largest eigenvalue (Bar-Itzhack 2000). The method is exact
+        # at every angle.
         antisymmetric = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
         k = np.empty((4, 4))
         k[0, 0], k[0, 1:], k[1:, 0] = np.trace(r), antisymmetric, antisymmetric
@@ -71,7 +76,8 @@ class Quaternion(NamedTuple):
         return float(np.rad2deg(2.0 * np.arctan2(np.linalg.norm(self[1:]), abs(self.w))))
 
     @overload
-    def __matmul__(self, other: Quaternion) -> Quaternion: ...  # type: ignore[overload-overlap]  # it is a tuple, too
+    # A quaternion is a tuple, too, and so the overloads overlap.
+    def __matmul__(self, other: Quaternion) -> Quaternion: ...  # type: ignore[overload-overlap]
     @overload
     def __matmul__(self, other: npt.ArrayLike) -> Array: ...
     def __matmul__(self, other: Any) -> Any:
@@ -108,7 +114,9 @@ class Pose:
         """Give the pose of a homogeneous 4 by 4 matrix; ValueError if it is not a pose within 1e-6."""
         m = np.asarray(matrix, dtype=np.float64)
         if m.shape != (4, 4) or not np.allclose(m[3], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_EXACT):
-            raise ValueError(f"This is not a homogeneous matrix of 4 by 4 numbers with the last row 0 0 0 1:\n{m}")
+            raise ValueError(
+                f"This is not a homogeneous matrix of 4 by 4 numbers with the last row 0 0 0 1:\n{m}"
+            )
         return cls(_point_of(m[:3, 3]), Quaternion.from_matrix(m[:3, :3]))
 
     @property

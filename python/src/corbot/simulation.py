@@ -90,7 +90,7 @@ class _Program:
         return self._process.wait(timeout)
 
     def _begin(self, command: Callable[[Path], list[str]], find: Callable[[], _Found | None]) -> _Found:
-        """Start `corbot` with that command in a new directory, and give the result of `find` once it is up."""
+        """Start `corbot` with that command in a new directory; give the result of `find` once it is up."""
         if self._process is not None:
             found = find() if self._process.poll() is None else None
             if found is not None:
@@ -128,12 +128,16 @@ class _Program:
         """
         read, self._held = os.pipe()
         self._sweeper = subprocess.Popen(
-            ["/bin/sh", "-c", 'read -r _; rm -rf -- "$0"', str(self.directory)], stdin=read, start_new_session=True
+            ["/bin/sh", "-c", 'read -r _; rm -rf -- "$0"', str(self.directory)],
+            stdin=read,
+            start_new_session=True,
         )
         os.close(read)
         return self._held
 
-    def _await(self, process: subprocess.Popen[bytes], what: str, find: Callable[[], _Found | None]) -> _Found:
+    def _await(
+        self, process: subprocess.Popen[bytes], what: str, find: Callable[[], _Found | None]
+    ) -> _Found:
         end = time.monotonic() + _UP_WITHIN
         while time.monotonic() < end:
             found = find()
@@ -159,7 +163,9 @@ class Simulation(_Program):
     def __enter__(self) -> Arm:
         return self.start()
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
         self.end()
 
     @property
@@ -168,7 +174,15 @@ class Simulation(_Program):
         return _locate.read_robot(self.name, self.directory / "corbot")
 
     def _command(self, directory: Path) -> list[str]:
-        options = ["--name", self.name, "--endpoint", f"127.0.0.1:{_free_ports(1)}", "--realtime", "best-effort", "--simulated"]
+        options = [
+            "--name",
+            self.name,
+            "--endpoint",
+            f"127.0.0.1:{_free_ports(1)}",
+            "--realtime",
+            "best-effort",
+            "--simulated",
+        ]
         options += ["--orb", self._orb]
         return ["up", str(self.profile), *options, "--state-dir", str(directory)]
 
@@ -187,7 +201,9 @@ class CellSimulation(_Program):
     def __enter__(self) -> Cell:
         return self.start()
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
         self.end()
 
     def _find(self) -> Cell | None:
@@ -198,8 +214,24 @@ class CellSimulation(_Program):
         return found if found.is_running else None  # the start of the work ends a pause
 
     def _command(self, directory: Path) -> list[str]:
-        options = ["--name", self.name, "--ports", str(_free_ports(_CELL_PORTS)), "--state-dir", str(directory / "cell")]
-        return ["cell", "run", str(self.profile), *options, "--pieces", str(self._pieces), "--seed", str(self._seed)]
+        options = [
+            "--name",
+            self.name,
+            "--ports",
+            str(_free_ports(_CELL_PORTS)),
+            "--state-dir",
+            str(directory / "cell"),
+        ]
+        return [
+            "cell",
+            "run",
+            str(self.profile),
+            *options,
+            "--pieces",
+            str(self._pieces),
+            "--seed",
+            str(self._seed),
+        ]
 
 
 def _terminate(process: subprocess.Popen[bytes]) -> None:
@@ -226,7 +258,8 @@ def find_program() -> Path:
     built.sort(key=lambda path: path.stat().st_mtime, reverse=True)
     if not built:
         raise SimulationFailed(
-            f"No program corbot is in $CORBOT_BIN (which is not set), in PATH, or in build/*/bin of {here} and above. "
+            "No program corbot is in $CORBOT_BIN (which is not set), in PATH, "
+            f"or in build/*/bin of {here} and above. "
             "Install corbot, or set CORBOT_BIN to its directory."
         )
     return built[0]
@@ -246,7 +279,11 @@ def find_profile(profile: str, program: Path) -> Path:
         if (directory / f"{profile}.toml").is_file():
             return directory / f"{profile}.toml"
     names = sorted(file.stem for directory in shipped for file in directory.glob("*.toml"))
-    there = f"These are: {', '.join(names)}." if names else "No profile is there: set $CORBOT_PROFILES to the directory of yours."
+    there = (
+        f"These are: {', '.join(names)}."
+        if names
+        else "No profile is there: set $CORBOT_PROFILES to the directory of yours."
+    )
     raise SimulationFailed(f"'{profile}' is no profile of $CORBOT_PROFILES or of {program}. {there}")
 
 

@@ -14,7 +14,7 @@ class Status(enum.Enum):
     """The activity of the robot."""
 
     ERROR = "Error"
-    """Faulted until `clear`, or its real-time task is not there."""
+    """Faulted until `clear`, or without its real-time task."""
     WAITING = "Waiting"
     """Busy: it moves, delays, is paused, or has motions queued."""
     STANDBY = "Standby"
@@ -92,9 +92,9 @@ class State:
     """
 
     time: float
-    """When the cycle was due, seconds since the Unix epoch."""
+    """The time at which the cycle was due, seconds since the Unix epoch."""
     age: float
-    """From then to the reply, seconds."""
+    """The time from that instant to the reply, seconds."""
     status: Status
     paused: bool
     override: float
@@ -110,7 +110,7 @@ class State:
     tool: Pose
     """Tool centre point, of `joints`."""
     motion: MotionInfo | None
-    """The one under way."""
+    """The motion in progress."""
     queued: int
     """Motions that are accepted and have not begun."""
     gripper: Gripper
@@ -130,7 +130,7 @@ class Alarm:
 
 @dataclass(frozen=True)
 class JointLimits:
-    """A joint with its limits: degrees (metres of one that slides), and these a second."""
+    """A joint with its limits: degrees (metres for a sliding joint), and these a second."""
 
     name: str
     kind: Literal["turns", "slides"]
@@ -160,7 +160,7 @@ class Solution:
     joints: tuple[float, ...]
     within_limits: bool
     orientation_error: float
-    """What the arm cannot take of the orientation, degrees."""
+    """The part of the orientation that the arm cannot reach, degrees."""
 
 
 @dataclass(frozen=True)
@@ -172,10 +172,10 @@ class PlanLimit:
     end: float
     owner: Literal["joint", "tool", "tool turn"]
     joint: int | None
-    """The number of the joint, where a joint is the owner."""
+    """The number of the joint, if a joint is the owner."""
     limit: Literal["speed", "acceleration", "jerk"]
     share: float
-    """The greatest here, 0 to 1 of what a plan may use."""
+    """The greatest share in the stretch, 0 to 1 of what a plan may use."""
 
 
 @dataclass(frozen=True)
@@ -184,11 +184,11 @@ class PlanPart:
 
     duration: float
     limits: tuple[PlanLimit, ...]
-    """In the order of time; empty: nothing moves, or no limit makes the part last so long."""
+    """The limits in order of time; empty: nothing moves, or no limit determines the duration."""
     least_pivot: float | None
-    """How near a line or an arc comes to a singularity, 0: through one. None: no such measure."""
+    """The distance of a line or an arc from a singularity, 0: through one. None: no such measure."""
     pivot_point: Point | None
-    """Where the tool is then, metres."""
+    """The tool centre point at that place, metres."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Plan:
     """A motion planned from the end of the accepted motions."""
 
     start: tuple[float, ...]
-    """Joint values, degrees (metres of one that slides)."""
+    """Joint values, degrees (metres for a sliding joint)."""
     end: tuple[float, ...]
     parts: tuple[PlanPart, ...]
 
@@ -299,7 +299,9 @@ def limits_of(joints: Any, soft: Any) -> tuple[JointLimits, ...]:
 
 def solution_of(solution: Any) -> Solution:
     """Read a PoseSolution of the interface."""
-    return Solution(solution.number, tuple(solution.joints), bool(solution.withinLimits), solution.orientationError)
+    return Solution(
+        solution.number, tuple(solution.joints), bool(solution.withinLimits), solution.orientationError
+    )
 
 
 _OWNERS: tuple[Literal["joint", "tool", "tool turn"], ...] = ("joint", "tool", "tool turn")
