@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# Functions that the scripts share; sourced, not run. Leaves the caller in the project's top directory.
+# Functions that the scripts share. A script sources this file, and is then in the project's top directory.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
-# Number of tests that run at once: most of them wait, and the others declare their load to ctest.
+# Prints the number of tests that run at once. Most tests wait, and the others declare their load to ctest.
 test_jobs() { echo $(($(nproc) * 3)); }
 
 # build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with
@@ -19,6 +19,7 @@ build_preset() {
   if command -v ccache > /dev/null; then
     configuration+=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
   fi
-  cmake --preset "$preset" "${configuration[@]}" > /dev/null || fail "cmake --preset $preset does not configure"
+  cmake --preset "$preset" "${configuration[@]}" > /dev/null ||
+    fail "cmake --preset $preset does not configure"
   cmake --build --preset "$preset" "${build[@]}" || fail "build/$preset does not build"
 }

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # Functions that `.ci/run` and `scripts/nightly` share: phases with their times, and the check for remains.
-# Sourced after common.sh; prints the report when the caller ends.
+# A script sources the file after common.sh. The report comes when the script ends.
 durations=()
 
-# phase TITLE COMMAND...
+# phase TITLE COMMAND...: runs the command and records its time.
 phase() {
   local title=$1 begun=$SECONDS
   shift
   say "$title"
-  # The command is called plainly, never in a condition, in which bash would ignore `set -e` inside the phase.
+  # The call is not in a condition, because bash would ignore `set -e` inside the phase then.
   "$@"
   durations+=("$(printf '%5d s  %s' $((SECONDS - begun)) "$title")")
 }
@@ -23,7 +23,7 @@ finish() {
   fi
 }
 
-# Remains of tests accumulate on the machines that run them.
+# Fails if tests left sockets, processes or files behind. They would accumulate on the machine.
 check_left_over() {
   local left='' socket
   for socket in $(find "/tmp/corbot-$(id -u)" -maxdepth 1 -name '*.sock' -newer "$stamp" 2> /dev/null); do
@@ -38,14 +38,14 @@ check_left_over() {
 $left"
 }
 
-# check_sanitizer PRESET TARGET LABEL: runs the tests of a label, a regular expression. cmake/targets.cmake declares
-# the labels.
+# check_sanitizer PRESET TARGET LABEL: runs the tests whose label matches the regular expression LABEL.
+# cmake/targets.cmake declares the labels.
 check_sanitizer() {
   build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
   ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
 }
 
-# begin_run NAME: everything newer than this instant counts as remains.
+# begin_run NAME: begins the times and the report. Sockets that are newer count as remains of the tests.
 begin_run() {
   run_name=$1
   mkdir -p build
