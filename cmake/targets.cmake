@@ -5,7 +5,8 @@
 # CORBOT_UNITY compiles up to 16 sources of a target as one, because included headers take most of the time.
 function(corbot_target target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ${CORBOT_UNITY} UNITY_BUILD_BATCH_SIZE 16)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+    -Wno-sign-conversion -Werror)
   target_link_libraries(${target} PRIVATE corbot::headers Threads::Threads)
 endfunction()
 
@@ -18,7 +19,8 @@ add_compile_options(-fstack-protector-strong)
 add_link_options(-Wl,-z,relro -Wl,-z,now)
 if(NOT CORBOT_SANITIZE)
   # Needs an optimising build. The sanitizers check more, and do not support the checked functions.
-  add_compile_options($<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE> $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
+  add_compile_options($<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE>
+    $<$<NOT:$<CONFIG:Debug>>:-D_FORTIFY_SOURCE=2>)
 endif()
 
 # A program on ORBit2. The leak sanitizer ignores the leaks of ORBit2 itself.
@@ -31,7 +33,8 @@ endfunction()
 
 if(CORBOT_SANITIZE)
   # -O1 and line tables take half the build time of -O2 -g, with an equally good stack trace.
-  add_compile_options(-fsanitize=${CORBOT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1 -gline-tables-only)
+  add_compile_options(-fsanitize=${CORBOT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1
+    -gline-tables-only)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
 endif()
 
@@ -95,7 +98,8 @@ endfunction()
 # the same time. A real-time thread that computes for seconds delays the kernel's work for pseudo-terminals,
 # among others.
 function(corbot_test name)
-  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG"
+    "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
@@ -105,9 +109,11 @@ function(corbot_test name)
       set(optimised -O0)  # a third of the build time of -O1
     endif()
     # At -Og GCC considers variables that the library's own code sets as uninitialised.
-    target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${optimised}> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+    target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${optimised}>
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   endif()
-  target_link_libraries(${name} PRIVATE ${arg_LIBS} corbot_test_headers GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE ${arg_LIBS} corbot_test_headers GTest::gtest GTest::gmock
+    GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   set(label ${arg_TIER})
   if(arg_THREADS)

@@ -73,24 +73,24 @@ TEST(EscapedException, IsPrintedWithItsFields) {
   const std::string program = std::filesystem::read_symlink("/proc/self/exe");
   const RunResult done = run({program, "--gtest_filter=Escape.*"}, 60.0, {std::string(kPlanted) + "=1"});
   EXPECT_EQ(done.code, 1) << done.output << done.errors;
-  for (
-      const char* line : {
-          "TRANSIENT {minor = TRANSIENT_ConnectFailed (0x41540002), completed = COMPLETED_NO}",
-          "COMM_FAILURE {minor = COMM_FAILURE_WaitingForReply (0x41540007), completed = COMPLETED_MAYBE}",
-          "NO_PERMISSION {minor = 0x43425401, completed = COMPLETED_YES}",
-          R"(BadParameter {parameter = "t", value = -1.5, reason = "negative"})",
-          R"(Unreachable {target = (1.5, 2.5, -3.5), reason = "too far"})",
-          R"(LimitExceeded {quantity = "speed", articulation = 2, value = 50.5, lower = -40.5, upper = 40.5})",
-          R"(NotReady {reason = "in Error"})",
-          R"(Stopped {reason = "by a client"})",
-          "QueueFull {capacity = 8}",
-          R"(Claimed {robot = "left", who = "shift 2", token = 7, since = 12.5})",
-          "Superseded {token = 7, present = 8}",
-          "WrongStep {present = StepHeld, wanted = StepUnclear}",
-          R"(Empty {place = "tray"})",
-          R"(Full {place = "tray", capacity = 12})",
-          R"(Occupied {place = "press", robot = "right", since = 12.5})",
-      }) {
+  for (const char* line : {
+           "TRANSIENT {minor = TRANSIENT_ConnectFailed (0x41540002), completed = COMPLETED_NO}",
+           "COMM_FAILURE {minor = COMM_FAILURE_WaitingForReply (0x41540007), completed = COMPLETED_MAYBE}",
+           "NO_PERMISSION {minor = 0x43425401, completed = COMPLETED_YES}",
+           R"(BadParameter {parameter = "t", value = -1.5, reason = "negative"})",
+           R"(Unreachable {target = (1.5, 2.5, -3.5), reason = "too far"})",
+           R"(LimitExceeded {quantity = "speed", articulation = 2, value = 50.5, )"
+           "lower = -40.5, upper = 40.5}",
+           R"(NotReady {reason = "in Error"})",
+           R"(Stopped {reason = "by a client"})",
+           "QueueFull {capacity = 8}",
+           R"(Claimed {robot = "left", who = "shift 2", token = 7, since = 12.5})",
+           "Superseded {token = 7, present = 8}",
+           "WrongStep {present = StepHeld, wanted = StepUnclear}",
+           R"(Empty {place = "tray"})",
+           R"(Full {place = "tray", capacity = 12})",
+           R"(Occupied {place = "press", robot = "right", since = 12.5})",
+       }) {
     EXPECT_THAT(done.output, ::testing::HasSubstr(std::string("The exception is CORBA's ") + line + "\n"));
   }
   // The printer also covers exceptions that the interfaces may raise one day.

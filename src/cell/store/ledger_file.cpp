@@ -24,7 +24,8 @@ constexpr int kOldestSchema = 1;
 // last spot. `arrived` is the number of the event that brought the piece there. A NULL slot means an area.
 constexpr const char* kPieceColumns =
     R"sql((cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, kind TEXT NOT NULL,
-  state TEXT NOT NULL CHECK (state IN ('stands','held','unclear','gone')), robot TEXT, place TEXT, slot INTEGER,
+  state TEXT NOT NULL CHECK (state IN ('stands','held','unclear','gone')), robot TEXT,
+  place TEXT, slot INTEGER,
   x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
   yaw DOUBLE PRECISION NOT NULL, arrived BIGINT NOT NULL, PRIMARY KEY (cell, number),
   UNIQUE (cell, place, slot), UNIQUE (cell, robot),
@@ -43,7 +44,8 @@ CREATE TABLE transfer (cell TEXT NOT NULL REFERENCES cell, robot TEXT NOT NULL, 
   from_place TEXT NOT NULL, from_slot INTEGER, to_place TEXT NOT NULL, to_slot INTEGER NOT NULL,
   since DOUBLE PRECISION NOT NULL, PRIMARY KEY (cell, robot), UNIQUE (cell, piece),
   UNIQUE (cell, to_place, to_slot), FOREIGN KEY (cell, piece) REFERENCES piece);
-CREATE TABLE event (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL, time DOUBLE PRECISION NOT NULL,
+CREATE TABLE event (cell TEXT NOT NULL REFERENCES cell, number BIGINT NOT NULL,
+  time DOUBLE PRECISION NOT NULL,
   piece BIGINT NOT NULL, robot TEXT NOT NULL, step TEXT NOT NULL, place TEXT NOT NULL, slot INTEGER,
   x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,
   yaw DOUBLE PRECISION NOT NULL, note TEXT NOT NULL, PRIMARY KEY (cell, number));

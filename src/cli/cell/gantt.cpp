@@ -57,7 +57,8 @@ text{font:18px system-ui,"Segoe UI",Arial,sans-serif;fill:#222}
 .dot{fill:#555} .dot-under{fill:#e4e4e4}
 @media (max-width:700px){text{font-size:32px} .title{font-size:36px} .large{display:none}}
 @media (prefers-color-scheme:dark){text{fill:#eee} .ground{fill:#16181c} .axis{stroke:#eee}
-.grid{stroke:#383c42} .move{fill:#56b4e9} .held,.placed{stroke:#fff} .under{fill:#3a2410} .dot{fill:#ccc} .dot-under{fill:#33373d}
+.grid{stroke:#383c42} .move{fill:#56b4e9} .held,.placed{stroke:#fff}
+.under{fill:#3a2410} .dot{fill:#ccc} .dot-under{fill:#33373d}
 .look{stroke:#fff}}
 </style>
 <defs><pattern id="zone" width="8" height="8" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">

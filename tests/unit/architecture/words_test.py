@@ -21,6 +21,10 @@ class Words(unittest.TestCase):
         self.assertEqual(result.returncode, 1 if result.stdout else 0)
         return [line.removeprefix(f"{name}:") for line in result.stdout.splitlines()]
 
+    def test_the_tree_keeps_the_rules(self):
+        result = subprocess.run([sys.executable, TOP / "scripts/words"], capture_output=True, text=True)
+        self.assertEqual(result.stdout + result.stderr, "")
+
     def test_takes_plain_sentences(self):
         self.assertEqual(
             self.found_in("a.h", "/// Returns the joints, in rad. The caller owns them.\nint what;\n"), [])
