@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// The connection to the panel: the WebSocket of states, and the robots' descriptions.
+
+import { type Description, parseDescriptions, parseUpdate, type Update } from "./state.js";
+import { authorization } from "./stop.js";
+
+const RECONNECT_MS = 1000;
+/// The panel sends something more often than this, also while no robot is connected.
+const SILENCE_MS = 10_000;
+
+export interface Listener {
+  onOpen(): void;
+  onLost(): void;
+  onRefused(): void; // the token is wrong
+  onUpdate(update: Update): void;
+  onDescriptions(descriptions: Description[]): void;
+}
+
+export class Connection {
+  private silence = 0;
+  private isEnded = false;
+  private socket: WebSocket | null = null;
+
+  constructor(private readonly token: string, private readonly listener: Listener) {
+    this.open();
+  }
+
+  /// Reads the descriptions anew. They change when a robot connects again.
+  async describe(): Promise<void> {
+    try {
+      const reply = await fetch("/api/robots", { headers: authorization(this.token), cache: "no-store" });
+      if (this.isEnded) return;
+      if (reply.status === 401) this.listener.onRefused();
+      if (reply.ok) this.listener.onDescriptions(parseDescriptions(await reply.text()));
+    } catch {
+      // The WebSocket reports a lost connection.
+    }
+  }
+
+  close(): void {
+    this.isEnded = true;
+    clearTimeout(this.silence);
+    this.socket?.close();
+  }
+
+  private open(): void {
+    if (this.isEnded) return;
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(`${scheme}//${location.host}/ws?token=${encodeURIComponent(this.token)}`);
+    this.socket = socket;
+    let isLost = false;
+    const lose = (): void => {
+      if (isLost || this.isEnded) return;
+      isLost = true;
+      clearTimeout(this.silence);
+      socket.close();
+      this.listener.onLost();
+      setTimeout(() => this.open(), RECONNECT_MS);
+    };
+    const expectMessage = (): void => {
+      clearTimeout(this.silence);
+      this.silence = window.setTimeout(lose, SILENCE_MS);
+    };
+    expectMessage();
+    void this.describe();
+    socket.onopen = () => !this.isEnded && this.listener.onOpen();
+    socket.onclose = lose;
+    socket.onmessage = (event) => {
+      if (isLost || this.isEnded) return;
+      expectMessage();
+      const update = parseUpdate(String(event.data));
+      if (update) this.listener.onUpdate(update);
+    };
+  }
+}

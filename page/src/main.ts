@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page: its frame, and the robot that the address names.
+
+import { Connection } from "./connection.js";
+import { el, setText } from "./dom.js";
+import { RobotView } from "./robot_view.js";
+import { type Description, Newest, OLD_AFTER_S, type Update } from "./state.js";
+import { StopBar } from "./stop_bar.js";
+import { T } from "./texts.js";
+import { fragmentValue, keepToken, robotLink, takeToken } from "./token.js";
+
+const REFRESH_MS = 100;
+
+class Page {
+  private readonly newest = new Newest();
+  private descriptions: Description[] = [];
+  private view: { robot: string; root: RobotView } | null = null;
+  private token = takeToken();
+  private connection: Connection | null = null;
+  private isConnected = false;
+  private said = new Map<string, string>();
+
+  private readonly link = el("p", { class: "link", role: "status" });
+  private readonly news = el("div", { class: "hidden", role: "status" });
+  private readonly list = el("ul");
+  private readonly heading = el("h2", { tabindex: "-1" });
+  private readonly notice = el("p", { class: "notice" });
+  private readonly content = el("div");
+  private readonly main = el("main", {}, this.heading, this.notice, this.content);
+
+  constructor() {
+    document.title = T.title;
+    document.body.append(
+      el("header", {}, el("h1", {}, el("a", { href: "#" }, T.title)), this.link),
+      new StopBar(() => this.token).root,
+      el("nav", { "aria-label": T.robots }, this.list), this.main, this.news);
+    window.addEventListener("hashchange", () => {
+      if (fragmentValue(location.hash, "token")) location.reload();
+      this.route();
+      this.heading.focus();
+    });
+    setInterval(() => this.refresh(), REFRESH_MS);
+    if (this.token) this.connect();
+    else this.askToken(T.tokenWanted);
+  }
+
+  private connect(): void {
+    setText(this.link, T.panelConnecting);
+    this.connection = new Connection(this.token, {
+      onOpen: () => {
+        this.newest.expectLowerNumbers();
+        this.setConnected(true);
+      },
+      onLost: () => this.setConnected(false),
+      onRefused: () => this.askToken(T.tokenRefused),
+      onUpdate: (update) => this.take(update),
+      onDescriptions: (descriptions) => this.describe(descriptions),
+    });
+  }
+
+  private setConnected(isConnected: boolean): void {
+    this.isConnected = isConnected;
+    setText(this.link, isConnected ? T.panelConnected : T.panelLost);
+    this.link.classList.toggle("bad", !isConnected);
+    this.refresh();
+  }
+
+  private askToken(why: string): void {
+    this.connection?.close();
+    this.connection = null;
+    this.isConnected = false;
+    this.closeView();
+    setText(this.link, why);
+    this.link.classList.add("bad");
+    setText(this.heading, T.token);
+    const field = el("input", { type: "password", id: "token", autocomplete: "off", "aria-label": T.token });
+    const form = el("form", {}, field, el("button", { type: "submit" }, T.open));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.token = field.value.trim();
+      keepToken(this.token);
+      this.link.classList.remove("bad");
+      this.content.replaceChildren();
+      this.connect();
+    });
+    this.content.replaceChildren(form);
+    field.focus();
+  }
+
+  private take(update: Update): void {
+    const before = this.newest.update(update.robot);
+    if (!this.newest.put(update, performance.now())) return;
+    if (before && before.connection !== update.connection) void this.connection?.describe();
+    this.announce(update);
+    if (this.view?.robot === update.robot && update.arm) this.view.root.take(update.arm);
+    if (Boolean(before?.arm) !== Boolean(update.arm)) this.refresh();
+  }
+
+  private describe(descriptions: Description[]): void {
+    const shown = this.descriptions.find(({ robot }) => robot === this.view?.robot);
+    this.descriptions = descriptions;
+    const items = descriptions.map(({ robot }) =>
+      el("li", {}, el("a", { href: robotLink(robot) }, el("b", {}, robot), el("span"))));
+    this.list.replaceChildren(...items);
+    const now = descriptions.find(({ robot }) => robot === this.view?.robot);
+    if (JSON.stringify(shown) !== JSON.stringify(now)) this.closeView();
+    this.route();
+  }
+
+  /// Shows the robot that the address names, or what to choose from.
+  private route(): void {
+    if (!this.connection || this.descriptions.length === 0) return this.refresh();
+    const wanted = fragmentValue(location.hash, "robot");
+    if (this.view?.robot !== wanted) {
+      this.closeView();
+      const description = this.descriptions.find(({ robot }) => robot === wanted);
+      setText(this.heading, wanted || T.choose);
+      if (description && description.joints.length > 0) {
+        this.view = { robot: wanted, root: new RobotView(description) };
+        const arm = this.newest.arm(wanted);
+        if (arm) this.view.root.take(arm);
+        this.content.replaceChildren(this.view.root.root);
+      }
+    }
+    for (const link of this.list.querySelectorAll("a")) {
+      if (link.hash === location.hash) link.setAttribute("aria-current", "page");
+      else link.removeAttribute("aria-current");
+    }
+    this.refresh();
+  }
+
+  private closeView(): void {
+    this.view?.root.close();
+    this.view = null;
+    this.content.replaceChildren();
+  }
+
+  private refresh(): void {
+    this.list.querySelectorAll("a").forEach((link, i) => {
+      const robot = this.descriptions[i]?.robot ?? "";
+      const label = link.querySelector("span");
+      if (label) setText(label, this.statusOf(robot));
+      link.classList.toggle("old", this.isOld(robot));
+      link.classList.toggle("bad", this.newest.arm(robot)?.state === "Error");
+    });
+    const wanted = fragmentValue(location.hash, "robot");
+    setText(this.notice, this.noticeOf(wanted));
+    this.content.classList.toggle("old", this.view !== null && this.isOld(wanted));
+    const arm = this.newest.arm(wanted);
+    if (this.view && arm) this.view.root.refresh(arm);
+  }
+
+  private isOld(robot: string): boolean {
+    const age_s = this.newest.age_s(robot, performance.now());
+    return !this.isConnected || !this.newest.update(robot)?.arm || !(age_s < OLD_AFTER_S);
+  }
+
+  private statusOf(robot: string): string {
+    const arm = this.newest.arm(robot);
+    if (!this.isOld(robot) && arm) return T.states[arm.state] ?? arm.state;
+    return arm ? T.age(this.newest.age_s(robot, performance.now())) : T.lost;
+  }
+
+  private noticeOf(robot: string): string {
+    if (!this.connection) return "";
+    if (robot === "") return this.descriptions.length === 0 && this.isConnected ? T.noRobots : "";
+    const update = this.newest.update(robot);
+    const parts = [
+      this.descriptions.some((description) => description.robot === robot) ? "" : T.unknownRobot,
+      update && !update.arm ? T.robotLost(update.text) : "",
+      this.isOld(robot) && this.newest.arm(robot) ? T.isOld(this.newest.age_s(robot, performance.now())) : "",
+    ];
+    return parts.filter((part) => part !== "").join(" ");
+  }
+
+  /// Reads changes of state and new alarms out; values that change all the time are not.
+  private announce({ robot, arm, text }: Update): void {
+    const status = arm ? T.states[arm.state] ?? arm.state : T.robotLost(text);
+    const alarms = (arm?.alarms ?? []).map((alarm) => T.alarmsOf(robot, alarm.text));
+    const now = [T.statusOf(robot, status), ...alarms].join(" ");
+    if (this.said.get(robot) === now) return;
+    this.said.set(robot, now);
+    setText(this.news, now);
+  }
+}
+
+new Page();

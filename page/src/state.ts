@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// The panel's messages, checked. A value that is missing or no number becomes NaN, and the page shows a dash.
+
+export interface Alarm {
+  time_s: number;
+  code: number;
+  text: string;
+}
+
+export interface ArmState {
+  time_s: number;
+  age_s: number;
+  state: string;
+  paused: boolean;
+  overridePercent: number;
+  commanded: number[];
+  measured: number[] | null; // null: the device does not measure
+  speeds: number[];
+  position_m: number[];
+  orientation_wxyz: number[];
+  motion: { ticket: number; progress: number; duration_s: number } | null;
+  queued: number;
+  gripper: { commandedPercent: number; measured: boolean; openingPercent: number; holding: string };
+  device: {
+    backend: string;
+    health: string;
+    cause: string;
+    age_s: number;
+    measured: boolean;
+    measuredAge_s: number;
+    isUncertain: boolean;
+    isStopped: boolean;
+  };
+  control: { holder: string; left_s: number; isHeld: boolean };
+  alarms: Alarm[];
+}
+
+/// The newest news of a robot. Without an arm the text says why there is no state.
+export interface Update {
+  robot: string;
+  number: number;
+  connection: number;
+  arm: ArmState | null;
+  text: string;
+}
+
+export interface Joint {
+  name: string;
+  unit: "deg" | "m";
+  lower: number;
+  upper: number;
+}
+
+export interface Description {
+  robot: string;
+  address: string;
+  joints: Joint[];
+  urdf: string;
+  version: string;
+  profile: string;
+  started_s: number;
+}
+
+type Data = Record<string, unknown>;
+
+const object = (value: unknown): Data => (typeof value === "object" && value !== null ? (value as Data) : {});
+const list = (value: unknown): unknown[] => (Array.isArray(value) ? value : []);
+const text = (value: unknown): string => (typeof value === "string" ? value : "");
+const number = (value: unknown): number => (typeof value === "number" ? value : NaN);
+const numbers = (value: unknown): number[] => list(value).map(number);
+
+export function parseJson(message: string): unknown {
+  try {
+    return JSON.parse(message);
+  } catch {
+    return undefined;
+  }
+}
+
+function armState(data: Data): ArmState {
+  const motion = object(data.motion);
+  const gripper = object(data.gripper);
+  const device = object(data.device);
+  const control = object(data.control);
+  const tool = object(data.tool);
+  return {
+    time_s: number(data.time_s),
+    age_s: number(data.age_s),
+    state: text(data.state),
+    paused: data.paused === true,
+    overridePercent: number(data.override_percent),
+    commanded: numbers(data.commanded),
+    measured: device.measured === true ? numbers(data.joints) : null,
+    speeds: numbers(data.speeds),
+    position_m: numbers(tool.position_m),
+    orientation_wxyz: numbers(tool.orientation_wxyz),
+    motion: "ticket" in motion ? {
+      ticket: number(motion.ticket),
+      progress: number(motion.progress),
+      duration_s: number(motion.duration_s),
+    } : null,
+    queued: number(data.queued),
+    gripper: {
+      commandedPercent: number(gripper.commanded_percent),
+      measured: gripper.measured === true,
+      openingPercent: number(gripper.opening_percent),
+      holding: text(gripper.holding),
+    },
+    device: {
+      backend: text(device.backend),
+      health: text(device.health),
+      cause: text(device.cause_text),
+      age_s: number(device.age_s),
+      measured: device.measured === true,
+      measuredAge_s: number(device.measured_age_s),
+      isUncertain: device.position_uncertain === true,
+      isStopped: device.emergency_stop === true,
+    },
+    control: { holder: text(control.holder), left_s: number(control.left_s), isHeld: control.held === true },
+    alarms: list(data.alarms).map(object).map((alarm) => ({
+      time_s: number(alarm.time_s),
+      code: number(alarm.code),
+      text: text(alarm.text),
+    })),
+  };
+}
+
+/// Returns a robot's state from a message of the WebSocket; null if the message is none.
+export function parseUpdate(message: string): Update | null {
+  const data = object(parseJson(message));
+  if (typeof data.robot !== "string" || typeof data.number !== "number") return null;
+  return {
+    robot: data.robot,
+    number: data.number,
+    connection: number(data.connection),
+    arm: data.connected === true ? armState(data) : null,
+    text: text(data.text),
+  };
+}
+
+/// Returns the robots from the reply to GET /api/robots. A robot that was not connected yet has no joints.
+export function parseDescriptions(reply: string): Description[] {
+  return list(parseJson(reply)).map(object).filter((data) => typeof data.robot === "string").map((data) => {
+    const servant = object(data.servant);
+    return {
+      robot: text(data.robot),
+      address: text(data.address),
+      joints: list(data.joints).map(object).map((joint) => ({
+        name: text(joint.name),
+        unit: joint.unit === "m" ? "m" : "deg",
+        lower: number(list(joint.range)[0]),
+        upper: number(list(joint.range)[1]),
+      })),
+      urdf: text(data.urdf),
+      version: text(servant.version),
+      profile: text(servant.profile),
+      started_s: number(servant.started_s),
+    };
+  });
+}
+
+/// A state that has not been renewed for this time is old: the panel sends 50 a second.
+export const OLD_AFTER_S = 0.5;
+
+/// The newest update of each robot, and the last arm that was seen.
+export class Newest {
+  private readonly updates = new Map<string, { update: Update; arm: ArmState | null; at_ms: number }>();
+
+  /// Returns false, and keeps what it has, if this update is not newer.
+  put(update: Update, now_ms: number): boolean {
+    const last = this.updates.get(update.robot);
+    if (last && last.update.number >= update.number) return false;
+    const at_ms = update.arm || !last ? now_ms : last.at_ms;
+    this.updates.set(update.robot, { update, arm: update.arm ?? last?.arm ?? null, at_ms });
+    return true;
+  }
+
+  /// The numbers of another connection to the panel may begin anew. The last states stay, to be shown as old.
+  expectLowerNumbers(): void {
+    for (const entry of this.updates.values()) entry.update = { ...entry.update, number: -1 };
+  }
+
+  update(robot: string): Update | undefined {
+    return this.updates.get(robot)?.update;
+  }
+
+  /// The last state, possibly from before the robot was lost.
+  arm(robot: string): ArmState | null {
+    return this.updates.get(robot)?.arm ?? null;
+  }
+
+  /// Seconds since the cycle of the last state; NaN without one.
+  age_s(robot: string, now_ms: number): number {
+    const entry = this.updates.get(robot);
+    return entry?.arm ? entry.arm.age_s + (now_ms - entry.at_ms) / 1000 : NaN;
+  }
+}
+
+/// Roll, pitch and yaw in degrees, about the fixed axes x, y and z, of a unit quaternion. At a pitch of 90
+/// degrees roll and yaw turn about the same axis: the roll is 0 there.
+export function rollPitchYaw_deg(wxyz: number[]): [number, number, number] {
+  const [w = NaN, x = NaN, y = NaN, z = NaN] = wxyz;
+  const degrees = 180 / Math.PI;
+  const sine = 2 * (w * y - z * x); // of the pitch
+  const sign = Math.sign(sine);
+  if (Math.abs(sine) > 0.999999) return [0, 90 * sign, -2 * degrees * sign * Math.atan2(x, w)];
+  return [
+    degrees * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+    degrees * Math.asin(sine),
+    degrees * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+  ];
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bar with the Stop, which is always on the page, and its keys.
+
+import { el, timeOfDay } from "./dom.js";
+import { isStopKey, sendsStop } from "./keys.js";
+import { type StopResult, Stops } from "./stop.js";
+import { T } from "./texts.js";
+
+/// A press of a pointer sends the Stop; the click that follows it within this time does not.
+const CLICK_MS = 1000;
+
+export class StopBar {
+  private readonly result = el("div", { class: "result", role: "alert" });
+  private readonly stops: Stops;
+  private pressed_ms = -Infinity;
+  readonly root: HTMLElement;
+
+  constructor(token: () => string) {
+    this.stops = new Stops(token, (result) => this.show(result));
+    const stop = el("button", { type: "button", class: "stop", "aria-label": T.stopLabel }, T.stop);
+    stop.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      this.pressed_ms = event.timeStamp;
+      this.press();
+    });
+    stop.addEventListener("click", (event) => {
+      if (event.timeStamp - this.pressed_ms > CLICK_MS) this.press();
+    });
+    this.root = el("section", { class: "stop-bar", "aria-label": T.stop }, stop, this.result,
+                   el("p", { class: "hint" }, T.stopHint));
+    window.addEventListener("keydown", (event) => {
+      if (sendsStop(event)) this.press();
+      if (isStopKey(event)) swallow(event);
+    }, true);
+    window.addEventListener("keyup", (event) => {
+      if (isStopKey(event)) swallow(event); // a space would press the button that has the focus
+    }, true);
+  }
+
+  private press(): void {
+    void this.stops.press();
+  }
+
+  private show(result: StopResult | null): void {
+    const lines = result?.lines ?? [T.stopSent];
+    this.result.className = `result ${result ? (result.isStopped ? "good" : "bad") : ""}`;
+    this.result.replaceChildren(...lines.map((line) => el("p", {}, T.at(timeOfDay(), line))));
+  }
+}
+
+function swallow(event: Event): void {
+  event.preventDefault();
+  event.stopPropagation();
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// The token, and the robot that the address names: #token=TOKEN, #robot=NAME.
+
+export function fragmentValue(fragment: string, key: string): string {
+  return new URLSearchParams(fragment.replace(/^#/, "")).get(key) ?? "";
+}
+
+const KEY = "corbot-token";
+
+/// Moves a token from the address bar to this tab's storage. Returns the stored one, or "".
+export function takeToken(): string {
+  const given = fragmentValue(location.hash, "token");
+  if (given) {
+    sessionStorage.setItem(KEY, given);
+    const robot = fragmentValue(location.hash, "robot");
+    history.replaceState(null, "", location.pathname + (robot ? robotLink(robot) : ""));
+  }
+  return sessionStorage.getItem(KEY) ?? "";
+}
+
+export function keepToken(token: string): void {
+  sessionStorage.setItem(KEY, token);
+}
+
+export function robotLink(robot: string): string {
+  return `#robot=${encodeURIComponent(robot)}`;
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { readStopReply, type StopResult, Stops } from "../src/stop.js";
+import { T } from "../src/texts.js";
+
+const rest = JSON.stringify({ robots: [{ robot: "a", stopped: true }] });
+
+interface Sent {
+  url: string;
+  init: RequestInit;
+  reply(status: number, body: string): void;
+  fail(error: Error): void;
+}
+
+/// A Stops whose requests the test answers.
+function fixture(): { stops: Stops; sent: Sent[]; shown: (StopResult | null)[] } {
+  const sent: Sent[] = [];
+  const shown: (StopResult | null)[] = [];
+  const send = (url: unknown, init: RequestInit = {}): Promise<Response> => new Promise((resolve, reject) => {
+    sent.push({
+      url: String(url),
+      init,
+      reply: (status, body) => resolve(new Response(body, { status })),
+      fail: reject,
+    });
+  });
+  const stops = new Stops(() => "secret", (result) => shown.push(result), send as typeof fetch);
+  return { stops, sent, shown };
+}
+
+test("A press sends the request before it returns", async () => {
+  const { stops, sent, shown } = fixture();
+  const ended = stops.press();
+  assert.equal(sent.length, 1);
+  assert.equal(sent[0]?.url, "/api/stop");
+  assert.equal(sent[0]?.init.method, "POST");
+  assert.deepEqual(sent[0]?.init.headers, { Authorization: "Bearer secret" });
+  assert.deepEqual(shown, [null]);
+  sent[0]?.reply(200, rest);
+  await ended;
+  assert.deepEqual(shown[1], { isStopped: true, lines: [T.stopped("a")] });
+});
+
+test("A press does not wait for the one before", () => {
+  const { stops, sent } = fixture();
+  void stops.press();
+  void stops.press();
+  assert.equal(sent.length, 2);
+});
+
+test("The result of the newest press stays", async () => {
+  const { stops, sent, shown } = fixture();
+  const first = stops.press();
+  const second = stops.press();
+  sent[1]?.reply(200, rest);
+  await second;
+  sent[0]?.fail(new Error("late"));
+  await first;
+  assert.deepEqual(shown.at(-1), { isStopped: true, lines: [T.stopped("a")] });
+});
+
+test("A Stop that does not arrive is shown", async () => {
+  const { stops, sent, shown } = fixture();
+  const ended = stops.press();
+  sent[0]?.fail(new Error("no network"));
+  await ended;
+  assert.equal(shown.at(-1)?.isStopped, false);
+  assert.match(shown.at(-1)?.lines[0] ?? "", /no network.*emergency stop/);
+});
+
+test("An arm that is not at rest is named with the reason", () => {
+  const robots = [{ robot: "a", stopped: true }, { robot: "b", stopped: false, text: "no answer" }];
+  const result = readStopReply(502, JSON.stringify({ robots }));
+  assert.deepEqual(result, { isStopped: false, lines: [T.stopped("a"), T.notStopped("b", "no answer")] });
+});
+
+test("A refused or invalid reply is no success", () => {
+  assert.deepEqual(readStopReply(401, "the token is wrong").lines, [T.stopRefused(401)]);
+  for (const body of ["", "null", "{}", '{"robots": []}', '{"robots": 1}'])
+    assert.deepEqual(readStopReply(200, body), { isStopped: false, lines: [T.stopUnclear] });
+});
