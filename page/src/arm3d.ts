@@ -66,7 +66,7 @@ export class Arm3d {
   readonly canvas: HTMLCanvasElement;
   private readonly renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
   private readonly scene = new THREE.Scene();
-  private readonly camera = new THREE.PerspectiveCamera(40, 1, 0.01, 100);
+  private readonly camera = new THREE.PerspectiveCamera(36, 1, 0.01, 100);
   private readonly controls: OrbitControls;
   private readonly commanded: Figure;
   private readonly measured: Figure;
@@ -81,16 +81,18 @@ export class Arm3d {
     const world = new THREE.Group(); // the URDF's z points up, three's y does
     world.rotation.x = -Math.PI / 2;
     world.add(this.commanded.robot, this.measured.robot);
-    const size_m = sizeOf(world, this.commanded.robot);
+    const size_m = sizeOf(this.commanded.robot);
     this.commanded.dress(0.028 * size_m);
     this.measured.dress(0.028 * size_m);
     const light = new THREE.DirectionalLight(0xffffff, 2);
     light.position.set(1, 3, 2);
-    this.scene.add(world, light, new THREE.HemisphereLight(0xffffff, 0x888888, 1.6),
-                   new THREE.GridHelper(2 * size_m, 20, 0x8a8f98, 0x8a8f98));
-    this.camera.position.set(1.3 * size_m, 1.0 * size_m, 1.3 * size_m);
+    const floor = new THREE.GridHelper(2 * size_m, 20, 0x8a8f98, 0x8a8f98);
+    floor.material.transparent = true;
+    floor.material.opacity = 0.4;
+    this.scene.add(world, light, new THREE.HemisphereLight(0xffffff, 0x888888, 1.6), floor);
+    this.camera.position.set(2 * size_m, 1.6 * size_m, 2 * size_m);
     this.controls = new OrbitControls(this.camera, this.canvas);
-    this.controls.target.set(0, 0.35 * size_m, 0);
+    this.controls.target.set(0, 0.15 * size_m, 0);
     this.controls.addEventListener("change", () => this.ask());
     this.controls.update();
     this.canvas.style.touchAction = "pan-y"; // a finger can still scroll the page
@@ -134,10 +136,8 @@ export class Arm3d {
   }
 }
 
-/// The largest distance of a frame from the base, with all joints at zero.
-function sizeOf(world: THREE.Object3D, robot: URDFRobot): number {
-  world.updateMatrixWorld(true);
-  const at = new THREE.Vector3();
-  const distances = Object.values(robot.links).map((link) => link.getWorldPosition(at).length());
-  return Math.max(0.1, ...distances);
+/// The length of the outstretched arm, with sliding joints at zero.
+function sizeOf(robot: URDFRobot): number {
+  const length_m = Object.values(robot.joints).reduce((sum, joint) => sum + joint.position.length(), 0);
+  return Math.max(0.1, length_m);
 }

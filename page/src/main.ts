@@ -35,7 +35,7 @@ class Page {
       new StopBar(() => this.token).root,
       el("nav", { "aria-label": T.robots }, this.list), this.main, this.news);
     window.addEventListener("hashchange", () => {
-      if (fragmentValue(location.hash, "token")) location.reload();
+      if (fragmentValue(location.hash, "token")) return location.reload();
       this.route();
       this.heading.focus();
     });
@@ -90,7 +90,7 @@ class Page {
   private take(update: Update): void {
     const before = this.newest.update(update.robot);
     if (!this.newest.put(update, performance.now())) return;
-    if (before && before.connection !== update.connection) void this.connection?.describe();
+    if (before?.connection !== update.connection) void this.connection?.describe();
     this.announce(update);
     if (this.view?.robot === update.robot && update.arm) this.view.root.take(update.arm);
     if (Boolean(before?.arm) !== Boolean(update.arm)) this.refresh();
@@ -170,7 +170,7 @@ class Page {
       update && !update.arm ? T.robotLost(update.text) : "",
       this.isOld(robot) && this.newest.arm(robot) ? T.isOld(this.newest.age_s(robot, performance.now())) : "",
     ];
-    return parts.filter((part) => part !== "").join(" ");
+    return parts.filter((part) => part !== "").join(" · ");
   }
 
   /// Reads changes of state and new alarms out; values that change all the time are not.

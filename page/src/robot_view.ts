@@ -26,7 +26,7 @@ const FIELDS: [string, Field[]][] = [
     [T.progress, (arm) => (arm.motion ? percent(100 * arm.motion.progress) : T.none)],
     [T.duration, (arm) => (arm.motion ? fixed(arm.motion.duration_s, 1, "s") : T.none)],
     [T.queued, (arm) => fixed(arm.queued, 0, "")],
-    [T.override, (arm) => percent(arm.overridePercent), (arm) => arm.overridePercent < 100],
+    [T.override, (arm) => percent(arm.overridePercent)],
   ]],
   [T.tool, [
     ["X", millimetres(0)], ["Y", millimetres(1)], ["Z", millimetres(2)],
@@ -124,7 +124,9 @@ export class RobotView {
       });
     });
     const head = el("thead", {}, el("tr", {}, ...heads.map((text) => el("th", { scope: "col" }, text))));
-    const part = section(T.joints, el("div", { class: "scrolls" }, el("table", {}, head, body)));
+    // The focus lets the keyboard scroll it.
+    const scrolls = { class: "scrolls", tabindex: "0", role: "group", "aria-label": T.joints };
+    const part = section(T.joints, el("div", scrolls, el("table", {}, head, body)));
     part.classList.add("wide");
     return part;
   }
@@ -162,6 +164,8 @@ export class RobotView {
         el("p", {}, T.remedy(remedy(code))))));
       if (alarms.length === 0) list.append(el("li", { class: "none" }, T.noAlarms));
     });
-    return section(T.alarms, list);
+    const part = section(T.alarms, list);
+    part.classList.add("wide");
+    return part;
   }
 }

@@ -175,9 +175,10 @@ export class Newest {
     return true;
   }
 
-  /// The numbers of another connection to the panel may begin anew. The last states stay, to be shown as old.
+  /// All numbers of another connection to the panel may begin anew. The last states stay, to be shown as old.
   expectLowerNumbers(): void {
-    for (const entry of this.updates.values()) entry.update = { ...entry.update, number: -1 };
+    for (const entry of this.updates.values())
+      entry.update = { ...entry.update, number: -1, connection: NaN };
   }
 
   update(robot: string): Update | undefined {

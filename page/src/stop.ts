@@ -4,9 +4,10 @@
 import { parseJson } from "./state.js";
 import { T } from "./texts.js";
 
-export interface StopResult {
-  isStopped: boolean; // every arm is at rest
-  lines: string[];
+/// A line of the result: an arm at rest, or what went wrong.
+export interface StopLine {
+  isAtRest: boolean;
+  text: string;
 }
 
 /// The server itself ends a Stop after 10 s.
@@ -17,19 +18,17 @@ export function authorization(token: string): Record<string, string> {
 }
 
 /// Reads the reply to POST /api/stop. The status is 502 if an arm is not at rest.
-export function readStopReply(status: number, body: string): StopResult {
-  if (status !== 200 && status !== 502) return { isStopped: false, lines: [T.stopRefused(status)] };
+export function readStopReply(status: number, body: string): StopLine[] {
+  if (status !== 200 && status !== 502) return [{ isAtRest: false, text: T.stopRefused(status) }];
   const reply = parseJson(body) as { robots?: unknown } | null | undefined;
   const robots = Array.isArray(reply?.robots) ? (reply.robots as Record<string, unknown>[]) : [];
-  if (robots.length === 0) return { isStopped: false, lines: [T.stopUnclear] };
-  return {
-    isStopped: robots.every((robot) => robot.stopped === true),
-    lines: robots.map((robot) => robot.stopped === true ? T.stopped(String(robot.robot))
-      : T.notStopped(String(robot.robot), String(robot.text ?? ""))),
-  };
+  if (robots.length === 0) return [{ isAtRest: false, text: T.stopUnclear }];
+  return robots.map(({ robot, stopped, text }) => (stopped === true
+    ? { isAtRest: true, text: T.stopped(String(robot)) }
+    : { isAtRest: false, text: T.notStopped(String(robot), String(text ?? "")) }));
 }
 
-async function requestStop(send: typeof fetch, token: string): Promise<StopResult> {
+async function requestStop(send: typeof fetch, token: string): Promise<StopLine[]> {
   try {
     const reply = await send("/api/stop", {
       method: "POST",
@@ -41,7 +40,7 @@ async function requestStop(send: typeof fetch, token: string): Promise<StopResul
     return readStopReply(reply.status, await reply.text());
   } catch (error) {
     const isSlow = error instanceof Error && error.name === "TimeoutError";
-    return { isStopped: false, lines: [T.stopUndelivered(isSlow ? T.stopSlow : String(error))] };
+    return [{ isAtRest: false, text: T.stopUndelivered(isSlow ? T.stopSlow : String(error)) }];
   }
 }
 
@@ -52,7 +51,7 @@ export class Stops {
 
   constructor(
     private readonly token: () => string,
-    private readonly show: (result: StopResult | null) => void, // null: sent, no result yet
+    private readonly show: (result: StopLine[] | null) => void, // null: sent, no result yet
     private readonly send: typeof fetch = (input, init) => fetch(input, init),
   ) {}
 

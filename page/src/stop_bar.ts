@@ -3,7 +3,7 @@
 
 import { el, timeOfDay } from "./dom.js";
 import { isStopKey, sendsStop } from "./keys.js";
-import { type StopResult, Stops } from "./stop.js";
+import { type StopLine, Stops } from "./stop.js";
 import { T } from "./texts.js";
 
 /// A press of a pointer sends the Stop; the click that follows it within this time does not.
@@ -26,8 +26,8 @@ export class StopBar {
     stop.addEventListener("click", (event) => {
       if (event.timeStamp - this.pressed_ms > CLICK_MS) this.press();
     });
-    this.root = el("section", { class: "stop-bar", "aria-label": T.stop }, stop, this.result,
-                   el("p", { class: "hint" }, T.stopHint));
+    this.root = el("section", { class: "stop-bar", "aria-label": T.stop }, stop,
+                   el("div", {}, this.result, el("p", { class: "hint" }, T.stopHint)));
     window.addEventListener("keydown", (event) => {
       if (sendsStop(event)) this.press();
       if (isStopKey(event)) swallow(event);
@@ -41,10 +41,11 @@ export class StopBar {
     void this.stops.press();
   }
 
-  private show(result: StopResult | null): void {
-    const lines = result?.lines ?? [T.stopSent];
-    this.result.className = `result ${result ? (result.isStopped ? "good" : "bad") : ""}`;
-    this.result.replaceChildren(...lines.map((line) => el("p", {}, T.at(timeOfDay(), line))));
+  private show(result: StopLine[] | null): void {
+    const time = timeOfDay();
+    const lines = result?.map(({ isAtRest, text }) =>
+      el("p", { class: isAtRest ? "good" : "bad" }, T.at(time, text)));
+    this.result.replaceChildren(...(lines ?? [el("p", {}, T.at(time, T.stopSent))]));
   }
 }
 

@@ -54,13 +54,16 @@ export const T = {
   measured: "Measured",
   notMeasured: "not measured",
   range: "Range",
-  position: "Position within the range",
+  position: "Within range",
   speed: "Speed",
 
   status: "Status",
   state: "State",
-  states: { Standby: "Standby: at rest and ready", Waiting: "Waiting: busy", Error: "Error: needs Clear" } as
-    Record<string, string>,
+  states: {
+    Standby: "Standby: at rest and ready",
+    Waiting: "Waiting: busy",
+    Error: "Error: see the alarms",
+  } as Record<string, string>,
   paused: "Paused",
   ticket: "Ticket",
   progress: "Progress",
@@ -105,6 +108,7 @@ export const T = {
   remedy: (text: string): string => `What to do: ${text}`,
 
   plots: "Last 30 seconds",
+  plotLegend: "Solid: set-points. Dashed: measured.",
   plotLabel: (unit: string): string => `Plot of the joints' set-points and measured values in ${unit}`,
   time: "Time (s)",
   pause: "Pause",

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { readStopReply, type StopResult, Stops } from "../src/stop.js";
+import { readStopReply, type StopLine, Stops } from "../src/stop.js";
 import { T } from "../src/texts.js";
 
 const rest = JSON.stringify({ robots: [{ robot: "a", stopped: true }] });
@@ -15,9 +15,9 @@ interface Sent {
 }
 
 /// A Stops whose requests the test answers.
-function fixture(): { stops: Stops; sent: Sent[]; shown: (StopResult | null)[] } {
+function fixture(): { stops: Stops; sent: Sent[]; shown: (StopLine[] | null)[] } {
   const sent: Sent[] = [];
-  const shown: (StopResult | null)[] = [];
+  const shown: (StopLine[] | null)[] = [];
   const send = (url: unknown, init: RequestInit = {}): Promise<Response> => new Promise((resolve, reject) => {
     sent.push({
       url: String(url),
@@ -40,7 +40,7 @@ test("A press sends the request before it returns", async () => {
   assert.deepEqual(shown, [null]);
   sent[0]?.reply(200, rest);
   await ended;
-  assert.deepEqual(shown[1], { isStopped: true, lines: [T.stopped("a")] });
+  assert.deepEqual(shown[1], [{ isAtRest: true, text: T.stopped("a") }]);
 });
 
 test("A press does not wait for the one before", () => {
@@ -58,7 +58,7 @@ test("The result of the newest press stays", async () => {
   await second;
   sent[0]?.fail(new Error("late"));
   await first;
-  assert.deepEqual(shown.at(-1), { isStopped: true, lines: [T.stopped("a")] });
+  assert.deepEqual(shown.at(-1), [{ isAtRest: true, text: T.stopped("a") }]);
 });
 
 test("A Stop that does not arrive is shown", async () => {
@@ -66,18 +66,23 @@ test("A Stop that does not arrive is shown", async () => {
   const ended = stops.press();
   sent[0]?.fail(new Error("no network"));
   await ended;
-  assert.equal(shown.at(-1)?.isStopped, false);
-  assert.match(shown.at(-1)?.lines[0] ?? "", /no network.*emergency stop/);
+  const line = shown.at(-1)?.[0];
+  assert.equal(line?.isAtRest, false);
+  assert.match(line?.text ?? "", /no network.*emergency stop/);
 });
 
 test("An arm that is not at rest is named with the reason", () => {
   const robots = [{ robot: "a", stopped: true }, { robot: "b", stopped: false, text: "no answer" }];
   const result = readStopReply(502, JSON.stringify({ robots }));
-  assert.deepEqual(result, { isStopped: false, lines: [T.stopped("a"), T.notStopped("b", "no answer")] });
+  assert.deepEqual(result, [
+    { isAtRest: true, text: T.stopped("a") },
+    { isAtRest: false, text: T.notStopped("b", "no answer") },
+  ]);
 });
 
 test("A refused or invalid reply is no success", () => {
-  assert.deepEqual(readStopReply(401, "the token is wrong").lines, [T.stopRefused(401)]);
+  const refused = readStopReply(401, "the token is wrong");
+  assert.deepEqual(refused, [{ isAtRest: false, text: T.stopRefused(401) }]);
   for (const body of ["", "null", "{}", '{"robots": []}', '{"robots": 1}'])
-    assert.deepEqual(readStopReply(200, body), { isStopped: false, lines: [T.stopUnclear] });
+    assert.deepEqual(readStopReply(200, body), [{ isAtRest: false, text: T.stopUnclear }]);
 });
