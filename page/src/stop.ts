@@ -28,19 +28,24 @@ export function readStopReply(status: number, body: string): StopLine[] {
     : { isAtRest: false, text: T.notStopped(String(robot), String(text ?? "")) }));
 }
 
+function isTimeout(error: unknown): boolean {
+  return error instanceof Error && error.name === "TimeoutError";
+}
+
 async function requestStop(send: typeof fetch, token: string): Promise<StopLine[]> {
+  const post = (): Promise<Response> => send("/api/stop", {
+    method: "POST",
+    headers: authorization(token),
+    cache: "no-store",
+    keepalive: true,
+    signal: AbortSignal.timeout(TIMEOUT_MS),
+  });
   try {
-    const reply = await send("/api/stop", {
-      method: "POST",
-      headers: authorization(token),
-      cache: "no-store",
-      keepalive: true,
-      signal: AbortSignal.timeout(TIMEOUT_MS),
-    });
+    // The server closes idle connections. A browser may take one of them just then, so a second try is made.
+    const reply = await post().catch((error: unknown) => (isTimeout(error) ? Promise.reject(error) : post()));
     return readStopReply(reply.status, await reply.text());
   } catch (error) {
-    const isSlow = error instanceof Error && error.name === "TimeoutError";
-    return [{ isAtRest: false, text: T.stopUndelivered(isSlow ? T.stopSlow : String(error)) }];
+    return [{ isAtRest: false, text: T.stopUndelivered(isTimeout(error) ? T.stopSlow : String(error)) }];
   }
 }
 

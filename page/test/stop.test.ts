@@ -14,6 +14,9 @@ interface Sent {
   fail(error: Error): void;
 }
 
+/// Lets what is under way in the page go on.
+const turn = (): Promise<void> => new Promise((resolve) => setImmediate(resolve));
+
 /// A Stops whose requests the test answers.
 function fixture(): { stops: Stops; sent: Sent[]; shown: (StopLine[] | null)[] } {
   const sent: Sent[] = [];
@@ -56,7 +59,7 @@ test("The result of the newest press stays", async () => {
   const second = stops.press();
   sent[1]?.reply(200, rest);
   await second;
-  sent[0]?.fail(new Error("late"));
+  sent[0]?.reply(502, "late");
   await first;
   assert.deepEqual(shown.at(-1), [{ isAtRest: true, text: T.stopped("a") }]);
 });
@@ -64,11 +67,33 @@ test("The result of the newest press stays", async () => {
 test("A Stop that does not arrive is shown", async () => {
   const { stops, sent, shown } = fixture();
   const ended = stops.press();
-  sent[0]?.fail(new Error("no network"));
+  sent[0]?.fail(new Error("connection closed"));
+  await turn();
+  sent[1]?.fail(new Error("no network"));
   await ended;
   const line = shown.at(-1)?.[0];
   assert.equal(line?.isAtRest, false);
   assert.match(line?.text ?? "", /no network.*emergency stop/);
+});
+
+test("A Stop whose connection fails is sent once more", async () => {
+  const { stops, sent, shown } = fixture();
+  const ended = stops.press();
+  sent[0]?.fail(new Error("connection closed"));
+  await turn();
+  sent[1]?.reply(200, rest);
+  await ended;
+  assert.deepEqual(shown.at(-1), [{ isAtRest: true, text: T.stopped("a") }]);
+  assert.equal(sent.length, 2);
+});
+
+test("A panel that does not reply in time is shown", async () => {
+  const { stops, sent, shown } = fixture();
+  const ended = stops.press();
+  sent[0]?.fail(new DOMException("", "TimeoutError"));
+  await ended;
+  assert.equal(shown.at(-1)?.[0]?.text, T.stopUndelivered(T.stopSlow));
+  assert.equal(sent.length, 1);
 });
 
 test("An arm that is not at rest is named with the reason", () => {
