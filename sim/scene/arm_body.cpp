@@ -58,7 +58,7 @@ ChainShape shape_of(const JointChain& chain, const Joints& q) {
   const Pose tool = pose * chain.zero_T_n * chain.n_T_tool;
   const Vector3d tool_m = vector_of(tool.position_m);
   // Their lengths may be 0 for a moment, while a slide is at 0: the number of links is the same.
-  if (!has_turned) points.push_back(tool_m - direction.dot(tool_m - points.back()) * direction);
+  if (!has_turned) points.emplace_back(tool_m - direction.dot(tool_m - points.back()) * direction);
   const Vector3d hand = tool_m - points.back();
   points.push_back(tool_m);
   return {std::move(points), tool, hand.norm() > kShortestLink_m ? hand : direction};
