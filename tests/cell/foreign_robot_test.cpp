@@ -32,6 +32,7 @@ using Eigen::Vector3d;
 using testing::AllOf;
 using testing::Ge;
 using testing::Lt;
+using testing::MatchesRegex;
 
 constexpr double kNear_m = 0.004;  ///< pulses of whole microseconds, servos with a dead band
 constexpr std::size_t kGripper = 4;
@@ -219,6 +220,30 @@ TEST_F(ForeignRobot, ClientsInJavaAndCppTakeAPieceFromPlaceToPlace) {
   }
 }
 
+TEST_F(ForeignRobot, ConformFindsThatAllOfRobotIdlHolds) {
+  start();
+  const RunResult result =
+      run({CORBOT_BIN_DIR "/corbot", "conform", java_robot_reference(port_, "robot"), "--yes"}, 180,
+          {"XDG_RUNTIME_DIR=" + directory_.string(), "CORBOT_ROBOT="});
+  EXPECT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, MatchesRegex("RESULT [^\n]*\n(holds [^\n]*\n)+"
+                                          "All that the pick-and-place cell needs holds.\n"));
+}
+
+TEST_F(ForeignRobot, AfterANewStartTheGripperMovesAlone) {
+  start();
+  robot_->Move(0.2123, 0.0456, 0.0789, 0, 0);
+  expect_at({0.2123, 0.0456, 0.0789});
+  process_->signal(SIGKILL);
+  process_->wait(within(10));
+  port_ = free_port();
+  start_robot();
+  const Vector3d before = arm_->tool();
+  robot_->Open();
+  EXPECT_TRUE(wait_until(within(5), [&] { return arm_->shaft_us(kGripper) < 1110; }));
+  EXPECT_NEAR((arm_->tool() - before).norm(), 0, 1e-6);
+}
+
 TEST_F(ForeignRobot, RefusesByTheExceptionsOfRobotIdlAndMovesNothing) {
   start();
   robot_->Move(0.2, 0, 0.1, 0, 0);
@@ -299,7 +324,7 @@ TEST_F(ForeignRobot, KilledInMotionItLeavesTheArmAtRestAndTheNextOneGoesOnFromTh
   port_ = free_port();
   start_robot();
   const Corbot::CartesianCoord known = robot_->CartCoord();
-  EXPECT_NEAR((Vector3d(known.x, known.y, known.z) - at).norm(), 0, 0.012) << "QP has a unit of 10 us";
+  EXPECT_NEAR((Vector3d(known.x, known.y, known.z) - at).norm(), 0, 0.006) << "QP has a unit of 10 us";
   robot_->Move(0.2, 0, 0.1, 0, 0);
   expect_at({0.2, 0, 0.1});
 }

@@ -84,8 +84,12 @@ final class Arm {
         .toArray(JointRange[]::new);
   }
 
-  static double pulse(int joint, double angle) {
-    return JOINTS[joint].zero + JOINTS[joint].perDegree * angle;
+  static double[] pulses(double[] q) {
+    double[] pulses = new double[DOF];
+    for (int i = 0; i < DOF; i++) {
+      pulses[i] = JOINTS[i].zero + JOINTS[i].perDegree * q[i];
+    }
+    return pulses;
   }
 
   static double angle(int joint, double pulse) {

@@ -12,6 +12,7 @@ import java.nio.charset.StandardCharsets;
  */
 final class Controller {
   private static final long REPLY_MS = 500;
+  private static final int QP_UNIT_US = 10;
   private static final int NEVER_MOVED_US = 500; // or less: the controller does not know the servo's position
   private static final int MIDDLE_US = 1500; // then the scene's servos are here
 
@@ -52,8 +53,8 @@ final class Controller {
       double[] pulses = new double[count];
       for (int channel = 0; channel < count; channel++) {
         write("QP" + channel + "\r");
-        int pulse = 10 * read();
-        pulses[channel] = pulse > NEVER_MOVED_US ? pulse : MIDDLE_US;
+        int pulse = QP_UNIT_US * read(); // rounded down
+        pulses[channel] = pulse > NEVER_MOVED_US ? pulse + QP_UNIT_US / 2 : MIDDLE_US;
       }
       return pulses;
     } catch (IOException e) {
@@ -62,11 +63,11 @@ final class Controller {
     }
   }
 
-  /** Sets channel 0 and the next ones. */
-  synchronized void send(double[] pulses) throws IOException {
+  /** Sets the channel `first` and the next ones. */
+  synchronized void send(int first, double... pulses) throws IOException {
     StringBuilder text = new StringBuilder();
-    for (int channel = 0; channel < pulses.length; channel++) {
-      text.append('#').append(channel).append('P').append(Math.round(pulses[channel]));
+    for (int i = 0; i < pulses.length; i++) {
+      text.append('#').append(first + i).append('P').append(Math.round(pulses[i]));
     }
     write(text.append('\r').toString());
   }

@@ -242,25 +242,20 @@ final class Servant extends RobotPOA {
   }
 
   private interface Frame {
-    void set(double time);
+    /** Sets the state at that time; returns the pulses of what moves. */
+    double[] at(double time);
   }
 
-  /** Calls `frame` for every frame until the end, and sends the values that it has set. */
-  private void carryOut(double seconds, Frame frame) throws NotReady {
+  /** Sends every frame until the end, to the channel `first` and the next ones. */
+  private void carryOut(double seconds, int first, Frame frame) throws NotReady {
     long begin = System.nanoTime();
     double time = 0;
     for (int i = 1; time < seconds; i++) {
       Clock.sleepUntil(begin + i * 1_000_000_000L / FRAMES_PER_SECOND);
       time = Math.min((System.nanoTime() - begin) / 1e9, seconds);
       synchronized (this) {
-        frame.set(time);
-        double[] pulses = new double[Arm.DOF + 1];
-        for (int joint = 0; joint < Arm.DOF; joint++) {
-          pulses[joint] = Arm.pulse(joint, q[joint]);
-        }
-        pulses[Arm.DOF] = grip;
         try {
-          controller.send(pulses);
+          controller.send(first, frame.at(time));
         } catch (IOException e) {
           throw notReady(e);
         }
@@ -269,7 +264,7 @@ final class Servant extends RobotPOA {
   }
 
   private void carryOut(Motion motion) throws NotReady {
-    carryOut(motion.seconds, time -> q = motion.at(time));
+    carryOut(motion.seconds, 0, time -> Arm.pulses(q = motion.at(time)));
   }
 
   private void drive(double[] target, Motion.Limits limits) throws NotReady {
@@ -287,7 +282,9 @@ final class Servant extends RobotPOA {
       synchronized (this) {
         isOpen = open;
       }
-      carryOut(Arm.GRIPPER_SECONDS, time -> grip = from + time / Arm.GRIPPER_SECONDS * (to - from));
+      // The arm gets no pulse: after a new start its position is known to 5 us, and it would jump.
+      carryOut(Arm.GRIPPER_SECONDS, Arm.DOF,
+          time -> new double[] {grip = from + time / Arm.GRIPPER_SECONDS * (to - from)});
     }
   }
 
