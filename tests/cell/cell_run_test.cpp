@@ -117,6 +117,36 @@ class CellRun : public testing::Test {
     EXPECT_THAT(svg, testing::EndsWith("</svg>\n"));
   }
 
+  /// Puts the SCARA in the place of robot 2.
+  void put_scara() {
+    edit("name = \"robot2\", profile = \"arm.toml\", position_m = [0.48, 0, 0], yaw_deg = 225",
+         "name = \"robot2\", profile = \"scara.toml\", position_m = [0.48, 0, 0], yaw_deg = 180");
+  }
+  /// Starts the robot of examples/java in the place of robot 2. Returns "", or why it is not built.
+  [[nodiscard]] std::string put_java_robot() {
+    if (std::string why = build_java_robot(); !why.empty()) return why;
+    java_port_ = free_port();
+    start_java_robot();
+    edit("name = \"robot2\", profile = \"arm.toml\"",
+         fmt::format("name = \"robot2\", reference = \"{}\", scene_profile = \"arm.toml\"",
+                     java_robot_reference(java_port_, "robot2")));
+    return "";
+  }
+  void start_java_robot() {
+    java_robot_.emplace(test::start_java_robot(directory_ / "state" / "robot2.servos", java_port_, "robot2"));
+  }
+  /// Checks that a cell has brought all pieces, and that its arms were 30 mm apart or more.
+  static void expect_all_brought(const RunResult& result, int pieces) {
+    EXPECT_EQ(result.code, 0) << result.output << result.errors;
+    std::smatch found;
+    const std::regex summary(
+        fmt::format("{0} of {0} pieces on pallet2, each once; the camera sees {0} there, 0 elsewhere; arms "
+                    "never nearer than (\\d+) mm, 0 touches, 0 fallen\n$",
+                    pieces));
+    ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
+    EXPECT_GE(std::stoi(found[1]), 30);
+  }
+
   /// Makes robot 1 the only robot, so that its pieces stay at the store.
   void leave_out_robot2() { edit("{ name = \"robot2\"", "# { name = \"robot2\""); }
   /// Makes the scene lose the first piece at this place once all pieces stand there.
@@ -148,6 +178,8 @@ class CellRun : public testing::Test {
   fs::path directory_;
   fs::path programs_{CORBOT_BIN_DIR};
   std::string loses_at_;
+  int java_port_{0};
+  std::optional<Process> java_robot_;
 
  private:
   void print_logs() const {
@@ -174,14 +206,7 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
   const fs::path pictures = this->pictures();
   const RunResult result =
       cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures.string()});
-  EXPECT_EQ(result.code, 0) << result.output << result.errors;
-  std::smatch found;
-  const std::regex summary(
-      "4 of 4 pieces on pallet2, each once; the camera sees 4 there, 0 elsewhere; arms never nearer than "
-      "(\\d+) mm, 0 "
-      "touches, 0 fallen\n$");
-  ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
-  EXPECT_GE(std::stoi(found[1]), 30);
+  expect_all_brought(result, 4);
   std::ifstream file(pictures / "cell.svg");
   const std::string svg{std::istreambuf_iterator<char>(file), {}};
   EXPECT_THAT(svg, HasSubstr("2 arms bring 4 pieces"));
@@ -202,36 +227,34 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
 
 TEST_F(CellRun, AScaraTakesThePlaceOfRobot2) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
-  edit("name = \"robot2\", profile = \"arm.toml\", position_m = [0.48, 0, 0], yaw_deg = 225",
-       "name = \"robot2\", profile = \"scara.toml\", position_m = [0.48, 0, 0], yaw_deg = 180");
+  put_scara();
   const RunResult check = run(
       {CORBOT_BIN_DIR "/corbot", "cell", "check", (directory_ / "cell.toml").string()}, 60, environment());
   EXPECT_EQ(check.code, 0) << check.output << check.errors;
-  const RunResult result = cell_run({"--pieces", "4"});
-  EXPECT_EQ(result.code, 0) << result.output << result.errors;
-  std::smatch found;
-  const std::regex summary(
-      "4 of 4 pieces on pallet2, each once; the camera sees 4 there, 0 elsewhere; arms never nearer than "
-      "(\\d+) mm, 0 touches, 0 fallen\n$");
-  ASSERT_TRUE(std::regex_search(result.output, found, summary)) << result.output << result.errors;
-  EXPECT_GE(std::stoi(found[1]), 30);
+  expect_all_brought(cell_run({"--pieces", "4"}), 4);
   EXPECT_THAT(text_of("scene.record"), HasSubstr("[0.48,0.0,0.16]")) << "its links are above the table";
 }
 
 TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
   if (on_orbit2()) GTEST_SKIP() << "the key orb is of a robot that the cell starts";
-  if (const std::string why = build_java_robot(); !why.empty()) GTEST_SKIP() << why;
-  const int port = free_port();
-  const Process robot = start_java_robot(directory_ / "state" / "robot2.servos", port, "robot2");
-  edit("name = \"robot2\", profile = \"arm.toml\"",
-       fmt::format("name = \"robot2\", reference = \"{}\", scene_profile = \"arm.toml\"",
-                   java_robot_reference(port, "robot2")));
-  const RunResult result = cell_run({"--pieces", "4"});
-  EXPECT_EQ(result.code, 0) << result.output << result.errors;
-  EXPECT_THAT(result.output,
-              HasSubstr("4 of 4 pieces on pallet2, each once; the camera sees 4 there, 0 elsewhere"));
-  EXPECT_THAT(result.output, HasSubstr("mm, 0 touches, 0 fallen\n"));
+  if (const std::string why = put_java_robot(); !why.empty()) GTEST_SKIP() << why;
+  expect_all_brought(cell_run({"--pieces", "4"}), 4);
 }
+
+/// More pieces than the store has slots, with each of these as robot 2.
+class SixPieces : public CellRun, public testing::WithParamInterface<const char*> {};
+
+TEST_P(SixPieces, AreBrought) {
+  const std::string robot2 = GetParam();
+  if (on_orbit2() && robot2 != "Lynx5") GTEST_SKIP() << "the servants' ORB makes no difference";
+  if (robot2 == "Scara") put_scara();
+  if (robot2 == "Java") {
+    if (const std::string why = put_java_robot(); !why.empty()) GTEST_SKIP() << why;
+  }
+  expect_all_brought(cell_run({"--pieces", "6"}), 6);
+}
+INSTANTIATE_TEST_SUITE_P(Robot2, SixPieces, testing::Values("Lynx5", "Scara", "Java"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
@@ -415,6 +438,7 @@ class CellUp : public CellRun {
     EXPECT_THAT(text_of("scene.out"),
                 testing::AllOf(HasSubstr(fmt::format("pallet2={} ", pieces)), HasSubstr(" held=0 "),
                                HasSubstr(" touches=0 "), HasSubstr(" fallen=0 ")));
+    java_robot_.reset();  // the cell does not end it
     EXPECT_EQ(left_running(), "");
   }
   /// Returns the command line of one program of the cell.
@@ -492,6 +516,46 @@ TEST_F(CellUp, GoesOnAfterAnyProcessWasKilled) {
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
   expect_down_with(cell, 4);
 }
+
+/// A cell whose robot 2 is the robot of examples/java. A person starts that robot again.
+class CellOfJavaRobot : public CellUp {
+ protected:
+  void SetUp() override {
+    if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+    if (const std::string why = put_java_robot(); !why.empty()) GTEST_SKIP() << why;
+  }
+  /// Kills the robot at random instants of its work. The servos hold, so the cell asks for no piece. A person
+  /// answers repeated faults.
+  void expect_no_piece_lost(int pieces, int kills) {
+    std::mt19937 random(drawn_seed());
+    std::uniform_real_distribution<double> instant_s(0.2, 5);
+    const std::string all = fmt::format("; {} pieces on pallet2\n", pieces);
+    Process cell = up(pieces);
+    ASSERT_TRUE(wait_event(cell, "robot2 piece")) << cell.output();
+    for (int i = 0; i < kills; ++i) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(instant_s(random)));
+      java_robot_->signal(SIGKILL);
+      ASSERT_TRUE(java_robot_->wait(within(10)));
+      const std::string text = status();
+      ASSERT_EQ(text.find(all), std::string::npos) << "the work has ended before kill " << i + 1;
+      std::smatch robot2;
+      std::regex_search(text, robot2, std::regex("robot2[^\n]*"));
+      fmt::print("kill {}: {}\n", i + 1, robot2.str());
+      start_java_robot();
+    }
+    EXPECT_TRUE(wait_until(within(240), [&] {
+      const std::string text = status();
+      if (text.find("'corbot cell start CELL' goes on") != std::string::npos) (void)this->cell("start");
+      return text.find(all) != std::string::npos;
+    })) << status();
+    EXPECT_THAT(status(), HasSubstr("no person is needed"));
+    expect_down_with(cell, pieces);
+  }
+};
+
+TEST_F(CellOfJavaRobot, LosesNoPieceInThreeKillsAtRandomInstants) { expect_no_piece_lost(2, 3); }
+
+TEST_F(CellOfJavaRobot, LosesNoPieceInTwentyKillsAtRandomInstants) { expect_no_piece_lost(10, 20); }
 
 TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
