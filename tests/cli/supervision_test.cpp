@@ -426,8 +426,10 @@ TEST_F(Supervision, WrongStartsAreUsageErrors) {
       {{"down", "--name", "a\tb"}, "--name 'a?b': 1 to 32 ASCII letters"},
       {{"up", CORBOT_TEST_PROFILE, "--endpoint", "here"}, "--endpoint: 'here' is not HOST:PORT"},
       {{"up", CORBOT_TEST_PROFILE, "--orb", "tao"}, "--orb"},
-      {{"up", CORBOT_TEST_PROFILE, "--orb", "orbit2", "--unix", "/tmp/s"},
-       "--unix: ORBit2 listens on one address"},
+      {{"up", CORBOT_TEST_PROFILE, "--orb", "orbit2", "--unix", "/tmp/s"}, "ORBit2 listens on one address"},
+      {{"up", CORBOT_TEST_PROFILE, "--unix", "s"}, "--unix s: write an absolute path"},
+      {{"up", CORBOT_TEST_PROFILE, "--unix", "/none/s"}, "--unix /none/s: nothing can be made in /none"},
+      {{"up", CORBOT_TEST_PROFILE, "--unix", "/tmp/" + std::string(103, 'x')}, "has 108 bytes, at most 107"},
       {{"up", CORBOT_TEST_PROFILE, "--realtime", "never"}, "--realtime"}};
   for (const auto& [arguments, phrase] : cases) {
     const RunResult result = corbot(arguments);

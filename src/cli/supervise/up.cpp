@@ -2,6 +2,7 @@
 #include "cli/supervise/up.h"
 
 #include <fmt/format.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -78,6 +79,21 @@ void check_free(const std::string& host, int port, const std::string& fix) {
   if (!why.empty()) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, fix));
 }
 
+void check_unix_path(const UpOptions& options) {
+  constexpr std::size_t kMostBytes = sizeof(sockaddr_un::sun_path) - 1;
+  const fs::path path = options.unix_path;
+  if (path.empty()) return;
+  const auto refuse = [&](const std::string& why) {
+    throw Failure(ExitCode::kUsage, fmt::format("--unix {}: {}", printable(options.unix_path), why));
+  };
+  if (options.orb == "orbit2") refuse("ORBit2 listens on one address: leave out --orb orbit2");
+  if (!path.is_absolute()) refuse("write an absolute path, by which clients find the socket");
+  if (path.native().size() > kMostBytes)
+    refuse(fmt::format("the path has {} bytes, at most {}", path.native().size(), kMostBytes));
+  if (::access(path.parent_path().c_str(), W_OK) != 0)
+    refuse(fmt::format("nothing can be made in {}", printable(path.parent_path().string())));
+}
+
 /// Returns the plan of the start, from the command line and the profile.
 RobotState plan(const UpOptions& options, const Profile& profile) {
   RobotState state;
@@ -95,8 +111,7 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   state.endpoint =
       options.endpoint.empty() ? net::endpoint_text(profile.endpoint_host, profile.port) : options.endpoint;
   state.orb = options.orb;
-  if (state.orb == "orbit2" && !options.unix_path.empty())
-    throw Failure(ExitCode::kUsage, "--unix: ORBit2 listens on one address: leave out --orb orbit2");
+  check_unix_path(options);
   if (state.orb == "orbit2" && !find_program(kOrbit2Servant)) {
     throw Failure(
         ExitCode::kUsage,
