@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C in a program of its own: SIGINT to its process, and the arm at rest within 0.3 s."""
+"""Ctrl-C in a script, a REPL and a notebook: SIGINT to its process, and the arm at rest within 0.3 s."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 
 import pytest
+from jupyter_client.manager import start_new_kernel
 
 import corbot
 from corbot._orb import uninterrupted
@@ -33,11 +34,11 @@ PROGRAMS = {
 }
 
 
-def interrupt(child: subprocess.Popen[str], arm: corbot.Arm) -> float:
-    """Seconds from SIGINT to the first cycle at rest."""
+def interrupt(send: Callable[[], None], arm: corbot.Arm) -> float:
+    """Seconds from SIGINT, which `send` sends, to the first cycle at rest."""
     until(lambda: arm.state.joints[0] > 2.0)
     sent = time.time()
-    child.send_signal(signal.SIGINT)
+    send()
     until(lambda: is_at_rest(arm), within=SLOWLY / 2)
     state = arm.state
     assert 2.0 < state.joints[0] < FAR[0] - 1, "the arm stands on its way"
@@ -50,7 +51,7 @@ def in_a_script(program: str, arm: corbot.Arm) -> float:
         [sys.executable, "-c", text, arm.address], stderr=subprocess.PIPE, text=True
     ) as child:
         try:
-            rest = interrupt(child, arm)
+            rest = interrupt(lambda: child.send_signal(signal.SIGINT), arm)
             _, errors = child.communicate(timeout=30)
         finally:
             child.kill()
@@ -67,12 +68,30 @@ def in_a_repl(program: str, arm: corbot.Arm) -> float:
         try:
             assert child.stdin is not None
             child.stdin.write(f"import corbot\narm = corbot.connect('{arm.address}')\n{program}\n")
-            rest = interrupt(child, arm)
+            rest = interrupt(lambda: child.send_signal(signal.SIGINT), arm)
             output, _ = child.communicate("print('on it goes at', arm.state.joints[0])\n", timeout=30)
         finally:
             child.kill()
     assert "\nKeyboardInterrupt\n" in output, output
     assert f"on it goes at {arm.state.joints[0]}" in output, "the prompt is back"
+    return rest
+
+
+def in_a_notebook(program: str, arm: corbot.Arm) -> float:
+    kernel, client = start_new_kernel()
+    try:
+        client.execute(f"import corbot\narm = corbot.connect('{arm.address}')")
+        cell = client.execute(program, stop_on_error=False)  # else it may discard the next cell
+        rest = interrupt(kernel.interrupt_kernel, arm)
+        reply = client.get_shell_msg(timeout=30)
+        while reply["parent_header"]["msg_id"] != cell:
+            reply = client.get_shell_msg(timeout=30)
+        assert reply["content"].get("ename") == "KeyboardInterrupt", reply["content"]
+        seen = client.execute("", user_expressions={"joint": "arm.state.joints[0]"}, reply=True, timeout=30)
+        assert seen["content"]["user_expressions"]["joint"]["data"]["text/plain"] == str(arm.state.joints[0])
+    finally:
+        client.stop_channels()
+        kernel.shutdown_kernel(now=True)
     return rest
 
 
@@ -93,6 +112,11 @@ def test_ctrl_c_stops_the_arm(program: str, arm: corbot.Arm) -> None:
 
 def test_ctrl_c_in_a_repl_stops_the_arm_and_gives_the_prompt_back(arm: corbot.Arm) -> None:
     assert is_in_time(in_a_repl, PROGRAMS["motion"], arm)
+
+
+@pytest.mark.parametrize("program", ["motion", "wait", "control", "another call in the block"])
+def test_ctrl_c_in_a_notebook_stops_the_arm_and_the_kernel_goes_on(program: str, arm: corbot.Arm) -> None:
+    assert is_in_time(in_a_notebook, PROGRAMS[program], arm)
 
 
 def test_the_interrupt_waits_for_the_end_of_a_call() -> None:

@@ -34,6 +34,27 @@ def test_the_robot_is_taken_down_at_the_end() -> None:
     robot.end()
 
 
+def test_the_end_of_one_that_was_never_started_has_no_effect() -> None:
+    corbot.simulated().end()
+
+
+def test_a_program_that_outlives_corbot_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "corbot"
+    write = 'i=0; while [ $i -lt 500 ]; do mkdir -p "$0"; : > "$0/$i"; i=$((i+1)); done; : > "$1"'
+    begin = f"sh -c '{write}' \"$XDG_RUNTIME_DIR/state\" {tmp_path}/ended &"
+    program.write_text(f"#!/bin/sh\n{begin}\nexit 1\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("CORBOT_PROFILES", str(find_profile("lynx5", find_program()).parent))
+    monkeypatch.setenv("CORBOT_BIN", str(program))
+    robot = corbot.simulated("lynx5")
+    with pytest.raises(corbot.SimulationFailed):
+        robot.start()
+    until((tmp_path / "ended").exists)
+    until(lambda: not robot.directory.exists())
+
+
 def test_a_start_of_one_that_is_up_finds_it() -> None:
     robot = corbot.simulated()
     with robot as arm:

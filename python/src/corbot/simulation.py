@@ -60,8 +60,9 @@ class _Program:
         self.profile = find_profile(profile, self.program)
         kind = re.sub(r"[^A-Za-z0-9_-]", "_", self.profile.stem)[:23]  # a name has at most 32 characters
         self.name = f"{kind}-{secrets.token_hex(4)}"  # unique on the machine, wherever the robots' files are
+        self._directory: Path | None = None
         self._process: subprocess.Popen[bytes] | None = None
-        self._sweeper: subprocess.Popen[bytes] | None = None
+        self._held: int | None = None
 
     def end(self) -> None:
         """End the run and remove its directory; no effect if it is down."""
@@ -72,12 +73,18 @@ class _Program:
                 _terminate(process)
             assert process.stdin is not None
             process.stdin.close()
-        sweeper, self._sweeper = self._sweeper, None
-        if sweeper is not None:
-            sweeper.kill()
-            sweeper.wait()
+        if self._held is not None:
             os.close(self._held)
-        shutil.rmtree(self.directory, ignore_errors=True)
+            self._held = None
+        if self._directory is not None:
+            shutil.rmtree(self._directory, ignore_errors=True)
+
+    @property
+    def directory(self) -> Path:
+        """The private directory of the newest run."""
+        if self._directory is None:
+            raise SimulationFailed(f"{self.name} was never started, so it has no directory.")
+        return self._directory
 
     @property
     def output(self) -> str:
@@ -96,7 +103,7 @@ class _Program:
             if found is not None:
                 return found
             self.end()
-        self.directory = Path(tempfile.mkdtemp(prefix="corbot-"))
+        self._directory = Path(tempfile.mkdtemp(prefix="corbot-"))
         atexit.register(self.end)
         try:
             words = command(self.directory)
@@ -122,15 +129,14 @@ class _Program:
             )
 
     def _start_sweeper(self) -> int:
-        """Start a shell that removes the directory when Python and all programs have ended.
+        """Start a process that removes the directory when Python and all programs have ended.
 
-        They hold the pipe that it reads.
+        They hold the pipe that it reads. A program that outlives `corbot` may still write there after `end`.
         """
         read, self._held = os.pipe()
-        self._sweeper = subprocess.Popen(
-            ["/bin/sh", "-c", 'read -r _; rm -rf -- "$0"', str(self.directory)],
-            stdin=read,
-            start_new_session=True,
+        sweep = 'exec 3<&0; (read -r _ <&3; rm -rf -- "$0") &'  # `&` takes standard input away
+        subprocess.run(
+            ["/bin/sh", "-c", sweep, self.directory], stdin=read, start_new_session=True, check=True
         )
         os.close(read)
         return self._held

@@ -243,9 +243,15 @@ class Servant:
     started: float
 
 
+# By the interface's names. A call of an enumeration's class is slow, and states are read 250 times a second.
+_STATUSES = {status.value: status for status in Status}
+_MOTION_STATES = {state.value: state for state in MotionState}
+_HOLDINGS = {holding.value: holding for holding in Holding}
+
+
 def motion_of(info: Any) -> MotionInfo:
     """Read a MotionInfo of the interface."""
-    return MotionInfo(info.id, MotionState(str(info.state)), info.progress, info.duration, info.reason)
+    return MotionInfo(info.id, _MOTION_STATES[str(info.state)], info.progress, info.duration, info.reason)
 
 
 def pose_of(pose: Any) -> Pose:
@@ -260,7 +266,7 @@ def state_of(state: Any) -> State:
     return State(
         time=state.time,
         age=state.age,
-        status=Status(str(state.status)),
+        status=_STATUSES[str(state.status)],
         paused=bool(state.paused),
         override=state.overridePercent,
         joints=tuple(state.measuredJoints if state.measured else state.commanded),
@@ -270,7 +276,7 @@ def state_of(state: Any) -> State:
         tool=pose_of(state.tool),
         motion=motion_of(state.motion) if state.motion.id else None,
         queued=state.queued,
-        gripper=Gripper(grip.commanded, bool(grip.measured), grip.opening, Holding(str(grip.holding))),
+        gripper=Gripper(grip.commanded, bool(grip.measured), grip.opening, _HOLDINGS[str(grip.holding)]),
         device=Device(device.backend, str(device.health), device.causeText, bool(device.emergencyStop)),
         control=Control(control.holder, control.left, bool(control.held)),
     )
