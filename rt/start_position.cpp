@@ -94,10 +94,11 @@ void StartPosition::refuse_impossible(const DevicePosition& device) const {
   }
   const ServoMap& servo = profile_.arm.servos[joint];
   throw std::runtime_error(fmt::format(
-      "joint {} is at {}, outside its range of {}, by what the controller sends to its servo, a pulse of "
-      "{:.0f} us: not started, since every start would move it. Correct zero_us, {}, direction or {} in the "
-      "profile where they are wrong; else move it into its range with 'corbot calibrate', or switch "
-      "controller and servos off and on, with the arm held",
+      "joint {} is at {}, outside its range of {}; the controller sends its servo a pulse of {:.0f} us. "
+      "Every "
+      "start would move the joint, so the task has not started. Correct zero_us, {}, direction or {} in the "
+      "profile if they are wrong. Else move the joint into its range with 'corbot calibrate', or hold the "
+      "arm and switch controller and servos off and on",
       name, at, range, servo.zero_us + servo.direction * servo.us_per_q * beyond->position_q,
       turns ? "us_per_degree" : "us_per_mm", turns ? "range_deg" : "range_m"));
 }
@@ -111,9 +112,9 @@ void StartPosition::refuse_impossible(const Snapshot& last) const {
   const auto joint = static_cast<std::size_t>(beyond->joint);
   const JointKind kind = profile_.arm.kinematics.joint_kind(joint);
   throw std::runtime_error(fmt::format(
-      "joint {} is at {} {}, outside its range of {}, by the last pulse of the task before, {:.0f} us, and "
-      "the servo map that has changed since: not started, since every start would move it. Correct zero_us, "
-      "{} or direction in the profile; or start with --fresh, with servos off or the arm held",
+      "joint {} is at {} {}, outside its range of {}. The previous task's last pulse is {:.0f} us, and the "
+      "servo map has changed since. Every start would move the joint, so the task has not started. Correct "
+      "zero_us, {} or direction in the profile. Or start with --fresh, with the servos off or the arm held",
       profile_.joint_names[joint], number_text(kind, beyond->position_q), unit_name(kind),
       range_text(kind, *beyond), last.pulse_us[joint],
       kind == JointKind::kRotary ? "us_per_degree" : "us_per_mm"));

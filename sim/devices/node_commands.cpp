@@ -253,7 +253,7 @@ constexpr std::array<Command, 18> kCommands{{
      place_piece},
     {"ignore", "on|off", "stays enabled, does not follow its targets, and says so (bit 12 of the statusword)",
      1, 1, ignore},
-    {"disable", "", "leaves operation enabled although nobody has asked for it", 0, 0, disable},
+    {"disable", "", "leaves operation enabled without a command", 0, 0, disable},
     {"turn", "COUNTS", "turns the shaft by hand; refused where the motor holds it", 1, 1, turn},
     {"reset", "[lost]", "power off and on; the shaft stays, its count too, or begins at 0", 0, 1, reset},
     {"incremental", "on|off",

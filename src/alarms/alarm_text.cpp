@@ -29,7 +29,7 @@ std::string stop_sources_text(std::uint32_t sources) {
       {StopSource::kGpioUnheard, "the line cannot be read"},
       {StopSource::kDeviceUnheard, "the device does not say how its input is"},
       {StopSource::kWatchdog, "the watchdog output has tripped"},
-      {StopSource::kWatcher, "nobody watches the input"},
+      {StopSource::kWatcher, "no thread watches the input"},
   }};
   std::string text;
   for (const auto& [source, cause] : kCauses) {

@@ -211,8 +211,8 @@ std::string local_robot(const std::string& robot) {
   if (!address.local.empty()) return address.local;
   throw Failure(
       ExitCode::kUsage,
-      fmt::format("{} is not the address of a robot that 'corbot up' supervises here, and record reads "
-                  "shared memory: run it on the robot's machine, with --robot NAME where several are up",
+      fmt::format("record reads shared memory, and {} is not the address of a robot that 'corbot up' "
+                  "supervises here. Run it on the robot's machine, with --robot NAME if several are up",
                   client::printable(address.where)));
 }
 

@@ -31,7 +31,7 @@ std::string release_by_force(Client& client, const std::string& robot, double ti
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   std::string holder = holder_of(client);
-  if (holder.empty()) throw Failure(ExitCode::kRefused, "nobody has control of the arm");
+  if (holder.empty()) throw Failure(ExitCode::kRefused, "no client has control of the arm");
   // An older servant, which the signal would kill, does not have this operation either.
   (void)client.call([](auto& arm) { return arm.CycleAge(); });
   if (!signal_servant(robot, SIGUSR1)) {

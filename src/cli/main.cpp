@@ -206,7 +206,9 @@ void add_supervision(CLI::App& app, Settings& s) {
   naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
   up_command->add_option("--orb", s.up.orb, "ORB of the servant")
       ->check(CLI::IsMember({"omniorb", "orbit2"}));
-  up_command->add_option("--realtime", s.up.realtime, "What to do where privileges are missing")
+  up_command
+      ->add_option("--realtime", s.up.realtime,
+                   "If privileges are missing: refuse to start, or go on without real time")
       ->check(CLI::IsMember({"enforce", "best-effort"}));
   up_command->add_flag("--simulated", s.up.simulated,
                        "Refuse a profile that drives a device: nothing real can move");
@@ -214,7 +216,8 @@ void add_supervision(CLI::App& app, Settings& s) {
                          "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
   up_command->add_flag("--until-eof", s.up.until_eof,
                        "The end of standard input, a pipe, ends the robot: it ends with the starter");
-  up_command->add_flag("--replace", s.up.replace, "End a robot of that name first, whoever started it");
+  up_command->add_flag("--replace", s.up.replace,
+                       "End a robot of that name first, even one of another terminal");
   up_command->callback([&s, naming] {
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);

@@ -166,7 +166,7 @@ Failure explain(const Corbot::QueueFull& e) {
         ExitCode::kRefused,
         fmt::format(
             "refused: {0} calls of this machine wait for motions already, which is the limit, or {0} motions "
-            "are queued and the profile's [servant] queue allows no more; try again when one has "
+            "are queued, which is the limit of the profile's [servant] queue. Try again when one has "
             "ended, or start motions without waiting (StartMove, Progress)",
             e.capacity)};
   return {ExitCode::kRefused,

@@ -189,7 +189,7 @@ const std::vector<VerbSpec> kVerbs{
      "release",
      {},
      0,
-     {{"--force", "", "end whoever's control, of a robot of yours on this machine"}},
+     {{"--force", "", "end any client's control of a robot of yours on this machine"}},
      "Give control back and stop the arm; --robot is the reference",
      false,
      false},

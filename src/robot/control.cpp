@@ -199,7 +199,7 @@ void Control::release(const std::string& key, const Wanted& wanted) {
 
 void Control::end_by_force() {
   std::unique_lock lock(mutex_);
-  if (!state_) throw not_ready("nobody has control of the arm");
+  if (!state_) throw not_ready("no client has control of the arm");
   if (state_->beginning || state_->ending) throw not_ready(describe());
   give_up(lock, {});
 }

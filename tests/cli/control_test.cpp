@@ -183,7 +183,7 @@ TEST_F(ControlCommands, RefusesWhatIsNoLease) {
 TEST_F(ControlCommands, ReleaseByForceNeedsNoReference) {
   const RunResult nobody = corbot({"release", "--force"});
   EXPECT_EQ(nobody.code, 1);
-  EXPECT_THAT(nobody.errors, HasSubstr("nobody has control of the arm"));
+  EXPECT_THAT(nobody.errors, HasSubstr("no client has control of the arm"));
   const std::string mine = acquire({"--lease", "600", "--who", "cell 7"});
   const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "30", "--robot", mine});
   ASSERT_TRUE(wait_state("Waiting"));

@@ -167,7 +167,8 @@ TEST_F(Motions, ConformFindsThatAllOfRobotIdlHolds) {
 
 TEST_F(Motions, ConformMovesNothingUntilYesIsTyped) {
   const nlohmann::json before = status().at("joints");
-  EXPECT_THAT(corbot({"conform", name_}).errors, HasSubstr("nobody can be asked: --yes agrees"));
+  EXPECT_THAT(corbot({"conform", name_}).errors,
+              HasSubstr("standard input is no terminal to ask at: agree with --yes"));
   const Terminal operator_side;
   const auto asked = begin({"conform", name_}, operator_side.path());
   operator_side.type("y");

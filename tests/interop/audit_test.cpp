@@ -165,7 +165,7 @@ TEST_F(Audit, ControlThatIsEndedByForceStopsTheArm) {
   arm_->Drive(0, 1, 20);
   servant_->signal(SIGUSR1);  // nobody has control
   const auto found = of_call("release --force", 2);
-  EXPECT_EQ(found[1]["outcome"], "NotReady: nobody has control of the arm");
+  EXPECT_EQ(found[1]["outcome"], "NotReady: no client has control of the arm");
   arm_->Drive(0, 1, 20);
 }
 

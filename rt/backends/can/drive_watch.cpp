@@ -155,7 +155,7 @@ void DriveWatch::check_enabled(const DriveReport& drive, bool reports_following)
   }
   if (is_off) {
     throw DeviceError(DeviceCause::kDisabled,
-                      now() + "has left 'operation enabled', which nobody asked for" + with_emergency(drive));
+                      now() + "has left 'operation enabled' without a command" + with_emergency(drive));
   }
   if (reports_following && drive.ignored > kMostIgnored) {
     throw DeviceError(DeviceCause::kTargetIgnored,

@@ -181,7 +181,7 @@ StopInputLevel Ssc32::emergency_stop() {
     input_.note_miss(Clock::now());
     if (!was_heard || input_.is_heard()) return input_.look();
     log_ = settings_.port + ": the emergency stop at input " + settings_.stop_input +
-           " is not heard, and counts as pressed: " + error.what();
+           " is not read, and counts as pressed: " + error.what();
   }
   return input_.look();
 }

@@ -172,8 +172,8 @@ std::vector<std::string> Calibration::faults() const {
           pulse_us <= joint.pulse_range_us[1] + kRounding_us)
         continue;
       found.push_back(
-          fmt::format("{}: its {} end, {:g} {}, needs {:.0f} us; the servo goes from {:g} to {:g} us, "
-                      "which is {:.1f} to {:.1f} {}: set it with 'limit {}', or turn the horn",
+          fmt::format("{}: its {} end, {:g} {}, needs {:.0f} us. The servo goes from {:g} to {:g} us, "
+                      "which is {:.1f} to {:.1f} {}. Set the end with 'limit {}', or turn the horn",
                       joint.name, upper ? "high" : "low", range[upper ? 1 : 0], joint.unit->name, pulse_us,
                       joint.pulse_range_us[0], joint.pulse_range_us[1], std::min(first, last),
                       std::max(first, last), joint.unit->name, upper ? "high" : "low"));

@@ -99,7 +99,8 @@ int examine(Session& session, const client::OnSignal& on_signal) {
 
 void conform(const client::Address& address, double timeout_s, bool is_agreed) {
   if (!is_agreed && ::isatty(STDIN_FILENO) != 1)
-    throw Failure(ExitCode::kUsage, "this moves the arm, and nobody can be asked: --yes agrees");
+    throw Failure(ExitCode::kUsage,
+                  "this moves the arm, and standard input is no terminal to ask at: agree with --yes");
   if (!is_agreed) ask();
   std::atomic<Session*> begun{nullptr};
   std::optional<Session> session;  // outlives the signal's thread, which uses it

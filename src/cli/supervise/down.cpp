@@ -117,8 +117,8 @@ void down(const std::string& wanted, const std::string& robot) {
   if (!supervisor && is_up(name)) {
     throw Failure(
         ExitCode::kInternal,
-        fmt::format("'{}' is up, but which process holds its name cannot be told from here (another "
-                    "container?); nothing was ended",
+        fmt::format("'{}' is up, but its process is not visible from here (another container?); nothing was "
+                    "ended",
                     name));
   }
   if (supervisor) end_supervisor(name, *supervisor);

@@ -55,7 +55,8 @@ void LineOutput::write(std::string_view line) noexcept {
   try {
     draw("");
     std::string text = is_torn_ ? "\n" : "";
-    if (left_out_ > 0) text += "(" + std::to_string(left_out_) + " lines were left out: nobody read them)\n";
+    if (left_out_ > 0)
+      text += "(" + std::to_string(left_out_) + " lines were left out: the output was not read)\n";
     const std::size_t before = text.size();
     text += line;
     text += '\n';

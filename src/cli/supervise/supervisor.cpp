@@ -243,10 +243,10 @@ void Supervisor::allow_for_own_gap() {
 void Supervisor::restore_socket() {
   try {
     notify_.restore();
-    if (std::exchange(socket_lost_, false)) log("the processes are heard again");
+    if (std::exchange(socket_lost_, false)) log("messages from the processes arrive again");
   } catch (const Failure& failure) {
     if (!std::exchange(socket_lost_, true))
-      log(fmt::format("the processes cannot be heard: {}", failure.what()));
+      log(fmt::format("messages from the processes cannot arrive: {}", failure.what()));
   }
 }
 

@@ -14,7 +14,9 @@ class Words(unittest.TestCase):
     def found_in(self, name, text):
         """The breaches of a tree of one file, without the file's name."""
         with tempfile.TemporaryDirectory() as root:
-            (pathlib.Path(root) / name).write_text(text)
+            file = pathlib.Path(root) / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
             result = subprocess.run([sys.executable, TOP / "scripts/words", "--root", root, name],
                                     capture_output=True, text=True)
         self.assertEqual(result.stderr, "")
@@ -53,6 +55,14 @@ class Words(unittest.TestCase):
     def test_finds_each_listed_word_and_says_what_to_write(self):
         self.assertEqual(self.found_in("a.c", "// The task hears a command.\n"),
                          ["1: 'hears': write receives, reads: The task hears a command."])
+
+    def test_reads_the_messages_of_the_programs_as_one_text_over_several_literals(self):
+        call = 'throw Failure("{} is up. "\n              "Nobody has seen its file");\n'
+        self.assertEqual(self.found_in("src/a.cpp", call),
+                         ["1: a sentence begins with 'Nobody': Nobody has seen its file",
+                          "1: 'Nobody': write no client, no process: Nobody has seen its file"])
+        self.assertEqual(self.found_in("tests/a.cpp", call), [])
+        self.assertEqual(self.found_in("src/a.cpp", 'const char* name = "nobody";\n'), [])
 
 
 unittest.main()

@@ -79,7 +79,7 @@ TEST_F(FailingDrives, AreLostBySafeTorqueOff) {
 
 TEST_F(FailingDrives, AreLostWhenOneLeavesOperation) {
   expect_failure("disable 2", DeviceCause::kDisabled,
-                 "node 2, now 'switch on disabled', has left 'operation enabled', which nobody asked for");
+                 "node 2, now 'switch on disabled', has left 'operation enabled' without a command");
 }
 
 TEST_F(FailingDrives, AreLostWhenOneIgnoresItsTargets) {

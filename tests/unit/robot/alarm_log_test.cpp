@@ -132,7 +132,7 @@ TEST(AlarmText, SaysWhatCountsAsAPress) {
   EXPECT_EQ(alarm_text(alarm::emergency_stop(3), {}), "emergency stop");
   EXPECT_EQ(alarm_text(alarm::emergency_stop(4), {}), "emergency stop: the line cannot be read");
   EXPECT_EQ(alarm_text(alarm::emergency_stop(8 + 32), {}),
-            "emergency stop: the device does not say how its input is, nobody watches the input");
+            "emergency stop: the device does not say how its input is, no thread watches the input");
   EXPECT_EQ(alarm_text(alarm::emergency_stop(16 + 64), {}),
             "emergency stop: the watchdog output has tripped");
 }
