@@ -27,6 +27,7 @@
 #include "cli/conform/conform.h"
 #include "cli/doctor/doctor.h"
 #include "cli/plot/plot.h"
+#include "cli/run_panel.h"
 #include "cli/supervise/up.h"
 #include "client/client.h"
 #include "client/explain.h"
@@ -336,6 +337,19 @@ void add_solutions(CLI::App& app, Settings& s) {
   });
 }
 
+/// Adds a command that another program carries out, which is built only where there is Boost.
+void add_panel(CLI::App& app, Settings& s) {
+  CLI::App* command = app.add_subcommand(
+      "panel", "Serve a web page to watch, stop and move robots: see 'corbot panel --help'");
+  command->set_help_flag();
+  command->prefix_command();
+  command->callback([&s, command] {
+    std::vector<std::string> words = command->remaining();
+    if (!s.client.robot.empty()) words.push_back(s.client.robot);
+    run_panel(words);
+  });
+}
+
 void add_files(CLI::App& app, Settings& s) {
   CLI::App* run_command = app.add_subcommand("run", "Run a program, one command a line");
   run_command->add_option("PROGRAM", s.run.file, "File, - = standard input")->required();
@@ -401,6 +415,7 @@ int run(int argc, char** argv) {
   add_verbs(app, settings, words);
   add_files(app, settings);
   add_cell(app);
+  add_panel(app, settings);
   app.add_subcommand("version", "Print the version")->callback([] {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });

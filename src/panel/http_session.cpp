@@ -79,7 +79,7 @@ void HttpSession::respond(const Request& request) {
   const std::string_view target = view(request.target());
   const std::string_view path = target.substr(0, target.find('?'));
   if (path == "/ws" || path.starts_with("/api/")) {
-    if (!has_token(request)) return refuse(Status::unauthorized, "the token is missing or wrong");
+    if (!may_watch(request)) return refuse(Status::unauthorized, "the token is missing or wrong");
     return respond_to_api(request, path);
   }
   if (request.method() != http::verb::get) return refuse(Status::method_not_allowed, "files are read by GET");
@@ -90,8 +90,9 @@ void HttpSession::respond_to_api(const Request& request, std::string_view path) 
   const bool is_get = request.method() == http::verb::get;
   if (path == "/ws" && is_get) return open_socket(request);
   if (path == "/api/robots" && is_get) return send(Status::ok, kJson, dump(hub_.descriptions()));
+  if (path == "/api/rights" && is_get) return send(Status::ok, kJson, dump({{"drive", may_drive(request)}}));
   if (path != "/api/stop" || request.method() != http::verb::post)
-    return refuse(Status::not_found, "there is GET /ws, GET /api/robots, and POST /api/stop");
+    return refuse(Status::not_found, "there is GET /ws, /api/robots and /api/rights, and POST /api/stop");
   StopOrder order =
       hub_.stop(request.body().empty() ? json::object() : json::parse(request.body(), nullptr, false));
   if (order.is_empty())
@@ -155,12 +156,19 @@ void HttpSession::drain() {
   });
 }
 
-bool HttpSession::has_token(const Request& request) const {
+std::string_view HttpSession::token_of(const Request& request) {
   constexpr std::string_view kBearer = "Bearer ";
   const std::string_view header = view(request[http::field::authorization]);
-  const std::string_view given = header.starts_with(kBearer) ? header.substr(kBearer.size())
-                                                             : query_value(view(request.target()), "token");
-  return is_token(given, hub_.settings.watch_token);
+  return header.starts_with(kBearer) ? header.substr(kBearer.size())
+                                     : query_value(view(request.target()), "token");
+}
+
+bool HttpSession::may_watch(const Request& request) const {
+  return is_token(token_of(request), hub_.settings.watch_token) || may_drive(request);
+}
+
+bool HttpSession::may_drive(const Request& request) const {
+  return is_token(token_of(request), hub_.settings.drive_token);
 }
 
 }  // namespace corbot::panel

@@ -33,7 +33,9 @@ class HttpSession : public Session {
   void send(Status status, const char* type, std::string body);
   /// Ends sending, and discards input until the browser closes the connection.
   void drain();
-  [[nodiscard]] bool has_token(const Request& request) const;
+  [[nodiscard]] static std::string_view token_of(const Request& request);
+  [[nodiscard]] bool may_watch(const Request& request) const;
+  [[nodiscard]] bool may_drive(const Request& request) const;
   [[nodiscard]] std::shared_ptr<HttpSession> self();
 
   Hub& hub_;

@@ -10,8 +10,9 @@
 namespace corbot::panel {
 
 /// Serves the page and the newest states of robots:
-///   GET /, /…          the files of the page
-///   GET /api/robots    the result of connect() for each robot
+///   GET /, /…          the files of the page.
+///   GET /api/robots    the result of connect() for each robot.
+///   GET /api/rights    {"drive": true} if the token allows to move robots.
 ///   POST /api/stop     stops all robots, or only the one that the body {"robot": NAME} names.
 ///                      The reply has the result for each robot.
 ///   GET /ws            a WebSocket. It sends each robot's newest state, at most 50 a second.

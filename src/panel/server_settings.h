@@ -15,6 +15,7 @@ struct ServerSettings {
   std::filesystem::path pages;            ///< directory of the page
   /// A client with this token may watch and stop. Its characters need no escape in a URL.
   std::string watch_token;
+  std::string drive_token{};  ///< a client with this token may also move robots; empty: no client may
   /// Limit of connections without a WebSocket. Beyond it, a new one replaces the one that is idle for
   /// longest.
   std::size_t most_requests{32};

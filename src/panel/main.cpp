@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot-panel serves a web page on which people watch, stop and move robots. It is an ordinary client of
+// them.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "client/failure.h"
+#include "client/local_robots.h"
+#include "client/notice.h"
+#include "client/stop_on_signal.h"
+#include "panel/corba_port.h"
+#include "panel/server.h"
+#include "panel/tokens.h"
+
+namespace corbot::panel {
+namespace {
+
+namespace fs = std::filesystem;
+using client::ExitCode;
+using client::Failure;
+
+struct Options {
+  std::vector<std::string> robots;
+  ServerSettings server{};
+  std::string token_file;
+};
+
+/// Returns the robots that the panel shows, each once.
+std::vector<std::string> robots_of(const Options& options) {
+  const std::vector<std::string> robots = options.robots.empty() ? client::robots_up() : options.robots;
+  if (robots.empty())
+    throw Failure(ExitCode::kUnreachable,
+                  fmt::format("no robot is up on this machine ({}): start one with 'corbot up PROFILE', or "
+                              "write HOST:PORT/NAME of a robot elsewhere",
+                              client::where_looked()));
+  for (auto robot = robots.begin(); robot != robots.end(); ++robot) {
+    if (std::find(robots.begin(), robot, *robot) != robot)
+      throw Failure(ExitCode::kUsage, fmt::format("ROBOT {}: is named twice", client::printable(*robot)));
+  }
+  return robots;
+}
+
+bool is_page(const fs::path& directory) {
+  std::error_code ignored;
+  return fs::is_regular_file(directory / "index.html", ignored);
+}
+
+/// Returns the directory of the page: `wanted`, the installed one, or the one that scripts/page has built.
+fs::path page_directory(const fs::path& wanted) {
+  if (!wanted.empty()) {
+    if (is_page(wanted)) return wanted;
+    throw Failure(ExitCode::kUsage, fmt::format("--pages {}: there is no index.html: name the directory that "
+                                                "scripts/page has built",
+                                                wanted.string()));
+  }
+  std::error_code ignored;
+  const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const fs::path& directory :
+       {programs.parent_path() / "share/corbot/page", programs.parent_path().parent_path() / "page"}) {
+    if (is_page(directory)) return directory;
+  }
+  throw Failure(ExitCode::kUsage,
+                "the page is not built: install npm and run scripts/page in the source tree, or name the "
+                "directory of a built page with --pages");
+}
+
+std::string in_brackets(const std::string& host) {
+  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+}
+
+bool is_loopback(const std::string& host) { return host.starts_with("127.") || host == "::1"; }
+bool is_any(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
+
+void warn(const ServerSettings& server) {
+  if (is_loopback(server.host)) return;
+  client::notice(stderr, fmt::format("corbot-panel: warning: {} is on the network, and the panel does not "
+                                     "encrypt: a token can be read on the way\n",
+                                     server.host));
+  if (is_any(server.host) && server.more_hosts.empty())
+    client::notice(stderr,
+                   "corbot-panel: warning: browsers elsewhere are refused: name this machine, as they "
+                   "write it, with --allow-host\n");
+}
+
+/// Prints the URLs, the part that is secret after '#', which a browser sends to no server.
+void announce(const ServerSettings& server, int port, const Tokens& tokens) {
+  const std::string host = !is_any(server.host)        ? in_brackets(server.host)
+                           : server.more_hosts.empty() ? "127.0.0.1"
+                                                       : server.more_hosts.front();
+  client::notice(stdout, fmt::format("watch and stop: http://{0}:{1}/#token={2}\n"
+                                     "drive as well:  http://{0}:{1}/#token={3}\n"
+                                     "panel ready; Ctrl-C ends it, and stops no robot\n",
+                                     host, port, tokens.watch, tokens.drive));
+}
+
+fs::path token_path(const Options& options, int port) {
+  if (!options.token_file.empty()) return options.token_file;
+  fs::path path = client::state_directory(true) / fmt::format("panel-{}.tokens", port);
+  std::error_code ignored;
+  fs::remove(path, ignored);  // of a panel that was killed: this one has the port now
+  return path;
+}
+
+void serve(const Options& options) {
+  const client::OnSignal signal({});  // before the ORB starts threads
+  ServerSettings settings = options.server;
+  settings.pages = page_directory(settings.pages);
+  const std::vector<std::string> names = robots_of(options);
+  const Tokens tokens = new_tokens();
+  settings.watch_token = tokens.watch;
+  settings.drive_token = tokens.drive;
+  if (!is_any(settings.host)) settings.more_hosts.push_back(in_brackets(settings.host));
+  const CORBA::ORB_var orb = start_panel_orb();
+  std::vector<std::unique_ptr<RobotWatch>> robots;
+  for (const std::string& name : names)
+    robots.push_back(std::make_unique<RobotWatch>(name, std::make_unique<CorbaPort>(orb.in(), name)));
+  Server server(settings, std::move(robots));
+  const TokenFile file(token_path(options, server.port()), tokens);
+  warn(options.server);
+  std::thread serving([&] { server.run(); });
+  announce(options.server, server.port(), tokens);
+  while (!signal.wait(3600)) {
+  }
+  server.end();
+  serving.join();
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Serves a web page on which people watch, stop and move robots", "corbot-panel");
+  Options options;
+  options.server.port = 8080;
+  app.add_option("ROBOT", options.robots,
+                 "Names of robots that are up here, or HOST:PORT/NAME; none: all that are up here");
+  app.add_option("--port", options.server.port, "Port to listen on; 0: any free one")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  app.add_option("--host", options.server.host, "Address to listen on, in figures; 0.0.0.0: all")
+      ->capture_default_str();
+  app.add_option("--allow-host", options.server.more_hosts,
+                 "Name of this machine that browsers elsewhere use; can be repeated")
+      ->type_name("NAME")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  app.add_option("--pages", options.server.pages, "Directory of the built page, instead of the installed one")
+      ->type_name("DIR");
+  app.add_option("--token-file", options.token_file,
+                 "New file for the tokens, instead of panel-PORT.tokens in the runtime directory")
+      ->type_name("FILE");
+  app.set_version_flag("--version", "corbot-panel " CORBOT_VERSION);
+  app.footer(
+      "Prints two URLs with a token each: one to watch and stop, one to drive as well.\n"
+      "More: man corbot-panel");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::kUsage);
+  }
+  serve(options);
+  return 0;
+}
+
+}  // namespace
+}  // namespace corbot::panel
+
+int main(int argc, char** argv) {
+  using namespace corbot;
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return panel::run(argc, argv);
+  } catch (const client::Failure& failure) {
+    client::notice(stderr, fmt::format("corbot-panel: {}\n", failure.what()));
+    return static_cast<int>(failure.code());
+  } catch (const std::exception& error) {
+    client::notice(stderr, fmt::format("corbot-panel: internal error: {}\n", error.what()));
+    return static_cast<int>(client::ExitCode::kInternal);
+  }
+}

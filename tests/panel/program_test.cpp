@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// corbot-panel as its users see it.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "panel/browser.h"
+#include "support/robot_rig.h"
+#include "support/scratch.h"
+
+namespace corbot::panel {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using test::Process;
+using test::wait_until;
+using test::within;
+using testing::HasSubstr;
+
+class PanelProgram : public test::RobotRig {
+ protected:
+  void SetUp() override {
+    RobotRig::SetUp();
+    fs::create_directories(directory_ / "page");
+    std::ofstream(directory_ / "page" / "index.html") << "<html/>";
+  }
+  void TearDown() override {
+    panel_.reset();
+    fs::remove_all(directory_);
+    RobotRig::TearDown();
+  }
+  [[nodiscard]] std::vector<std::string> environment() const {
+    return {"XDG_RUNTIME_DIR=" + directory_.string()};
+  }
+  void start_panel() {
+    fs::permissions(directory_, fs::perms::owner_all);
+    panel_.emplace(std::vector<std::string>{CORBOT_BIN_DIR "/corbot", "panel", reference_, "--port", "0",
+                                            "--pages", (directory_ / "page").string()},
+                   environment());
+    ASSERT_TRUE(panel_->wait_line("panel ready", within(30))) << panel_->errors();
+    const std::string& printed = panel_->output();
+    const auto after = [&](const std::string& words, std::size_t from) {
+      const std::size_t at = printed.find(words, from) + words.size();
+      return printed.substr(at, printed.find_first_of("/\n", at) - at);
+    };
+    port_of_panel_ = std::stoi(after("127.0.0.1:", 0));
+    watch_ = after("token=", 0);
+    drive_ = after("token=", printed.find("drive"));
+  }
+  [[nodiscard]] Response ask(const std::string& token, http::verb verb, const std::string& target,
+                             const std::string& body = "") const {
+    auto wanted = Browser::request(verb, target);
+    wanted.set(http::field::authorization, "Bearer " + token);
+    wanted.body() = body;
+    return Browser(port_of_panel_).ask(std::move(wanted));
+  }
+  [[nodiscard]] fs::path token_file() const {
+    return directory_ / "corbot" / ("panel-" + std::to_string(port_of_panel_) + ".tokens");
+  }
+
+  fs::path directory_ =
+      fs::path(test::scratch_directory(CORBOT_SCRATCH_DIR)) / test::unique_name("panel_program");
+  std::optional<Process> panel_;
+  int port_of_panel_ = 0;
+  std::string watch_;
+  std::string drive_;
+};
+
+TEST_F(PanelProgram, ServesARobotAndStopsItUntilItEnds) {
+  start_panel();
+  EXPECT_EQ(ask("", http::verb::get, "/").body(), "<html/>");
+  EXPECT_EQ(ask("wrong", http::verb::get, "/api/robots").result(), http::status::unauthorized);
+  EXPECT_EQ(ask(watch_, http::verb::get, "/api/rights").body(), R"({"drive":false})");
+  EXPECT_EQ(ask(drive_, http::verb::get, "/api/rights").body(), R"({"drive":true})");
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  json state = page.read();
+  while (state.is_object() && !state.value("connected", false)) state = page.read();
+  ASSERT_TRUE(state.is_object());
+  EXPECT_EQ(json::parse(ask(watch_, http::verb::get, "/api/robots").body())[0]["robot"], reference_);
+
+  const Corbot::Ticket ticket = arm_->StartMove(0.20, 0.10, 0.10, 0.0, 20.0);
+  while (state.is_object() && !state["motion"].is_object()) state = page.read();
+  ASSERT_TRUE(state.is_object());
+  EXPECT_EQ(state["motion"]["ticket"], ticket);
+  const Response stopped = ask(watch_, http::verb::post, "/api/stop");
+  EXPECT_EQ(stopped.result(), http::status::ok) << stopped.body();
+  const Corbot::MotionInfo_var info = arm_->Progress(ticket);
+  EXPECT_EQ(info->state, Corbot::MotionStopped);
+
+  struct stat found {};
+  ASSERT_EQ(::stat(token_file().c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777, 0600);
+  EXPECT_EQ(panel_->terminate(), 0) << panel_->errors();
+  EXPECT_FALSE(fs::exists(token_file()));
+}
+
+TEST_F(PanelProgram, SaysWhatIsMissing) {
+  const auto fault = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-panel");
+    const test::RunResult result = test::run(words, 30, environment());
+    EXPECT_NE(result.code, 0);
+    return std::to_string(result.code) + " " + result.errors;
+  };
+  const std::string page = (directory_ / "page").string();
+  EXPECT_THAT(fault({"--pages", directory_.string(), reference_}), HasSubstr("there is no index.html"));
+  EXPECT_THAT(fault({"--pages", page, reference_, reference_}), HasSubstr("is named twice"));
+  EXPECT_THAT(fault({"--pages", page, "--port", "65536", reference_}), HasSubstr("2 --port"));
+  EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "localhost", reference_}),
+              HasSubstr("in figures"));
+  EXPECT_THAT(fault({"--pages", page, "--port", "0", "--token-file", page + "/index.html", reference_}),
+              HasSubstr("exists already"));
+  EXPECT_THAT(fault({"--pages", page, "--port", std::to_string(port_), reference_}), HasSubstr("in use"));
+  fs::permissions(directory_, fs::perms::owner_all);
+  EXPECT_THAT(fault({"--pages", page, "--port", "0"}), HasSubstr("no robot is up on this machine"));
+}
+
+}  // namespace
+}  // namespace corbot::panel
