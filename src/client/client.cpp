@@ -142,9 +142,19 @@ Corbot::Arm_var find_arm(CORBA::ORB_ptr orb, const Address& address) {
 }
 
 Client::Client(const Address& address, double timeout_s)
-    : address_(address), orb_(start_orb(timeout_s)), arm_(find_arm(orb_.in(), address_)) {}
+    : address_(address),
+      orb_(start_orb(timeout_s)),
+      has_own_orb_(true),
+      arm_(find_arm(orb_.in(), address_)) {}
+
+Client::Client(const Address& address, CORBA::ORB_ptr orb, Corbot::Arm_ptr arm)
+    : address_(address),
+      orb_(CORBA::ORB::_duplicate(orb)),
+      has_own_orb_(false),
+      arm_(Corbot::Arm::_duplicate(arm)) {}
 
 Client::~Client() {
+  if (!has_own_orb_) return;
   try {
     arm_ = Corbot::Arm::_nil();
     orb_->destroy();
@@ -205,16 +215,19 @@ bool is_planned(Verb verb) noexcept {
 
 std::string Client::perform(const Request& given, const ProgressReport& report) {
   if (cancelled_) throw explain(Corbot::Stopped("interrupted"));
+  const std::optional<Corbot::Ticket> ticket = send(given);
+  if (!ticket) return {};
+  // The flag is set before the arm is stopped. Either the Stop came after this motion was accepted, or this
+  // line sees the flag.
+  if (cancelled_) stop();
+  return lengthening(given.time_s, wait(*ticket, report));
+}
+
+std::optional<Corbot::Ticket> Client::send(const Request& given) {
   const Request request = with_joint_number(given);
-  if (spec_of(request.verb).motion) {
-    const Corbot::Ticket ticket = start(request);
-    // The flag is set before the arm is stopped. Either the Stop came after this motion was accepted, or this
-    // line sees the flag.
-    if (cancelled_) stop();
-    return lengthening(request.time_s, wait(ticket, report));
-  }
+  if (spec_of(request.verb).motion) return start(request);
   set(request);
-  return {};
+  return std::nullopt;
 }
 
 Corbot::Ticket Client::start(const Request& request) {

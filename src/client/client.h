@@ -47,6 +47,8 @@ class Client {
  public:
   /// Connects. `timeout_s` bounds each call, not the motion that it starts.
   Client(const Address& address, double timeout_s);
+  /// Uses an ORB that outlives the client, and a reference with the caller's time-out. Calls nothing.
+  Client(const Address& address, CORBA::ORB_ptr orb, Corbot::Arm_ptr arm);
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client();
@@ -58,6 +60,10 @@ class Client {
   /// motion, kUnreachable if its outcome is unknown. Returns a line for the user if the robot has taken more
   /// time than --time; else "".
   [[nodiscard]] std::string perform(const Request& request, const ProgressReport& report = {});
+
+  /// Starts a motion and returns its ticket without a wait. Executes any other request that perform() does,
+  /// and returns nothing. Throws Failure.
+  std::optional<Corbot::Ticket> send(const Request& request);
 
   /// Plans the motion that perform() would start now; nothing moves. The request must be a motion of the arm,
   /// see is_planned(). Throws Failure.
@@ -106,6 +112,7 @@ class Client {
 
   Address address_;
   CORBA::ORB_var orb_;
+  bool has_own_orb_;
   Corbot::Arm_var arm_;
   std::atomic<bool> cancelled_{false};
 };

@@ -16,12 +16,16 @@ using client::printable;
 using nlohmann::json;
 
 constexpr double kPollTimeout_s = 2.0;
-/// A Stop returns when the arm is at rest, so a slow arm needs more time than a poll.
-constexpr CORBA::ULong kStopTimeout_ms = 10'000;
+/// A Stop and a Release return when the arm is at rest, so a slow arm needs more time than a poll.
+constexpr CORBA::ULong kRestTimeout_ms = 10'000;
 /// The port reads the alarms and uses the connection for Stops once in this number of polls.
 constexpr unsigned kSlowPolls = 10;
-constexpr CORBA::ULong kStopConnections = 1;  // identifies the group of connections for Stops
-constexpr CORBA::ULong kMostStopConnections = 4;
+/// Groups of connections.
+constexpr CORBA::ULong kStopConnections = 1;
+constexpr CORBA::ULong kCallConnections = 2;
+constexpr CORBA::ULong kMostConnections = 4;
+/// Holder of exclusive control, for people.
+constexpr const char* kHolder = "panel";
 
 template <class List>
 json numbers(const List& list) {
@@ -84,14 +88,16 @@ json joints_data(const Corbot::JointList& joints) {
   return list;
 }
 
-/// Returns a reference for Stops. Only references from this function use its connections.
-Corbot::Arm_var stop_reference(CORBA::ORB_ptr orb, const client::Address& address) {
+/// Returns a reference to the object `shared`. Only references of the same group use its connections.
+Corbot::Arm_var own_reference(CORBA::Object_ptr shared, CORBA::ULong group) {
+  const CORBA::Object_var own =
+      omniConnectionMgmt::makeRestrictedReference(shared, group, kMostConnections, 1, false, false, false);
+  return Corbot::Arm::_unchecked_narrow(own.in());
+}
+
+Corbot::Arm_var own_reference(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group) {
   const CORBA::Object_var shared = client::find_object(orb, address);
-  return client::call(address, [&] {
-    const CORBA::Object_var own = omniConnectionMgmt::makeRestrictedReference(
-        shared.in(), kStopConnections, kMostStopConnections, 1, false, false, false);
-    return Corbot::Arm_var(Corbot::Arm::_unchecked_narrow(own.in()));
-  });
+  return client::call(address, [&] { return own_reference(shared.in(), group); });
 }
 
 }  // namespace
@@ -106,11 +112,13 @@ CorbaPort::CorbaPort(CORBA::ORB_ptr orb, std::string robot)
 
 json CorbaPort::connect() {
   address_ = client::find_robot(robot_);
-  stop_connection_ = stop_reference(orb_.in(), address_);
-  const StopWay way = new_stop_way(orb_.in(), address_);
+  stop_connection_ = own_reference(orb_.in(), address_, kStopConnections);
+  const Way stop_way = new_way(orb_.in(), address_, kStopConnections);
+  const Way call_way = new_way(orb_.in(), address_, kCallConnections);
   {
     const std::lock_guard lock(mutex_);
-    stop_way_ = way;
+    stop_way_ = stop_way;
+    call_way_ = call_way;
   }
   arm_ = client::find_arm(orb_.in(), address_);
   polls_ = 0;
@@ -143,21 +151,59 @@ json CorbaPort::state() {
   });
 }
 
-CorbaPort::StopWay CorbaPort::new_stop_way(CORBA::ORB_ptr orb, const client::Address& address) {
-  StopWay way{address, stop_reference(orb, address)};
-  omniORB::setClientCallTimeout(way.arm.in(), kStopTimeout_ms);
+CorbaPort::Way CorbaPort::new_way(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group) {
+  Way way{address, own_reference(orb, address, group)};
+  omniORB::setClientCallTimeout(way.arm.in(), kRestTimeout_ms);
   return way;
 }
 
-CorbaPort::StopWay CorbaPort::stop_way() const {
+CorbaPort::Way CorbaPort::stop_way() const {
   const std::lock_guard lock(mutex_);
   return stop_way_;
 }
 
+CorbaPort::Way CorbaPort::call_way() const {
+  const std::lock_guard lock(mutex_);
+  return call_way_;
+}
+
 void CorbaPort::stop() {
-  StopWay way = stop_way();
-  if (CORBA::is_nil(way.arm)) way = new_stop_way(orb_.in(), client::find_robot(robot_));
+  Way way = stop_way();
+  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), client::find_robot(robot_), kStopConnections);
   client::call(way.address, [&] { way.arm->Stop(); });
+}
+
+json CorbaPort::call(const client::Request& request) {
+  Way way = call_way();
+  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), client::find_robot(robot_), kCallConnections);
+  json reply{{"done", true}};
+  if (request.verb == client::Verb::kAcquire) {
+    control_ = client::call(way.address, [&] {
+      const Corbot::Arm_var control = way.arm->Acquire(kHolder, request.lease_s);
+      return own_reference(control.in(), kCallConnections);
+    });
+    omniORB::setClientCallTimeout(control_.in(), kRestTimeout_ms);
+    return reply;
+  }
+  client::Client robot(way.address, orb_.in(), CORBA::is_nil(control_) ? way.arm.in() : control_.in());
+  if (request.verb == client::Verb::kRelease) control_ = Corbot::Arm::_nil();
+  try {
+    if (const auto ticket = robot.send(request)) reply["ticket"] = *ticket;
+  } catch (const client::Failure&) {
+    forget_ended_control(way);
+    throw;
+  }
+  return reply;
+}
+
+void CorbaPort::forget_ended_control(const Way& way) {
+  if (CORBA::is_nil(control_)) return;
+  try {
+    const Corbot::ControlInfo_var control = way.arm->Control();
+    if (*control->holder.in() == '\0') control_ = Corbot::Arm::_nil();
+  } catch (const CORBA::Exception&) {
+    // The caller reports the first failure.
+  }
 }
 
 }  // namespace corbot::panel

@@ -12,7 +12,7 @@ namespace corbot::panel {
 /// Starts the ORB of a panel. Call it before the process starts any other ORB. Throws client::Failure.
 [[nodiscard]] CORBA::ORB_var start_panel_orb();
 
-/// An arm behind CORBA. Polls and Stops never share a connection.
+/// An arm behind CORBA. Polls, Stops and calls never share a connection.
 class CorbaPort : public RobotPort {
  public:
   /// Calls nothing. Each connect() passes `robot` to client::find_robot again.
@@ -21,15 +21,21 @@ class CorbaPort : public RobotPort {
   [[nodiscard]] nlohmann::json connect() override;
   [[nodiscard]] nlohmann::json state() override;
   void stop() override;
+  /// After an acquire, calls have control of the arm until a release or the end of the lease.
+  [[nodiscard]] nlohmann::json call(const client::Request& request) override;
 
  private:
-  /// The reference for Stops, and the address of its arm.
-  struct StopWay {
+  /// A reference for Stops or for calls, and the address of its arm.
+  struct Way {
     client::Address address;
     Corbot::Arm_var arm;
   };
-  [[nodiscard]] static StopWay new_stop_way(CORBA::ORB_ptr orb, const client::Address& address);
-  [[nodiscard]] StopWay stop_way() const;
+  /// `group` identifies the connections.
+  [[nodiscard]] static Way new_way(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group);
+  [[nodiscard]] Way stop_way() const;
+  [[nodiscard]] Way call_way() const;
+  /// Uses the arm's own reference again if control has ended.
+  void forget_ended_control(const Way& way);
 
   CORBA::ORB_var orb_;
   std::string robot_;
@@ -39,7 +45,9 @@ class CorbaPort : public RobotPort {
   unsigned polls_{0};
   nlohmann::json alarms_;
   mutable std::mutex mutex_;
-  StopWay stop_way_;
+  Way stop_way_;
+  Way call_way_;
+  Corbot::Arm_var control_;  // only the calling thread uses it; nil: this panel has no control
 };
 
 }  // namespace corbot::panel

@@ -4,7 +4,9 @@
 #include <boost/beast/websocket.hpp>
 #include <utility>
 
+#include "client/failure.h"
 #include "panel/access.h"
+#include "panel/call_request.h"
 #include "panel/socket_session.h"
 
 namespace corbot::panel {
@@ -91,8 +93,14 @@ void HttpSession::respond_to_api(const Request& request, std::string_view path) 
   if (path == "/ws" && is_get) return open_socket(request);
   if (path == "/api/robots" && is_get) return send(Status::ok, kJson, dump(hub_.descriptions()));
   if (path == "/api/rights" && is_get) return send(Status::ok, kJson, dump({{"drive", may_drive(request)}}));
-  if (path != "/api/stop" || request.method() != http::verb::post)
-    return refuse(Status::not_found, "there is GET /ws, /api/robots and /api/rights, and POST /api/stop");
+  const bool is_post = request.method() == http::verb::post;
+  if (path == "/api/stop" && is_post) return take_stop(request);
+  if (path == "/api/call" && is_post) return take_call(request);
+  refuse(Status::not_found,
+         "there is GET /ws, /api/robots and /api/rights, and POST /api/stop and /api/call");
+}
+
+void HttpSession::take_stop(const Request& request) {
   StopOrder order =
       hub_.stop(request.body().empty() ? json::object() : json::parse(request.body(), nullptr, false));
   if (order.is_empty())
@@ -102,7 +110,31 @@ void HttpSession::respond_to_api(const Request& request, std::string_view path) 
   on_change();
 }
 
+void HttpSession::take_call(const Request& request) {
+  if (!may_drive(request))
+    return refuse(Status::forbidden, "this token allows to watch and to stop: open the URL to drive");
+  const json body = json::parse(request.body(), nullptr, false);
+  const auto name = body.is_object() ? body.find("robot") : body.end();
+  RobotWatch* const robot = name == body.end() ? nullptr : hub_.find(*name);
+  if (robot == nullptr)
+    return refuse_call(Status::bad_request, "write {\"robot\": NAME, \"do\": …} with a robot of this panel");
+  try {
+    call_ = robot->request_call(call_request(body));
+  } catch (const client::Failure& failure) {
+    return refuse_call(Status::bad_request, failure.what());
+  }
+  if (!call_) return refuse_call(Status::conflict, "busy: another call to this robot is in progress");
+  stream_.expires_never();  // the time-out of the robot's port limits the call
+  on_change();
+}
+
 void HttpSession::on_change() {
+  if (call_) {
+    if (!call_->has_ended) return hub_.hold(self());
+    const auto call = std::exchange(call_, nullptr);
+    if (!call->failure.empty()) return refuse_call(Status::conflict, call->failure);
+    return send(Status::ok, kJson, dump(call->reply));
+  }
   const std::optional<json> result = stop_ ? stop_->result() : std::nullopt;
   if (!result) return hub_.hold(self());
   stop_.reset();
@@ -127,6 +159,10 @@ void HttpSession::open_socket(const Request& request) {
 }
 
 void HttpSession::refuse(Status status, const std::string& text) { send(status, kText, text + "\n"); }
+
+void HttpSession::refuse_call(Status status, const std::string& text) {
+  send(status, kJson, dump({{"text", text}}));
+}
 
 void HttpSession::send(Status status, const char* type, std::string body) {
   const auto response = std::make_shared<http::response<http::string_body>>();

@@ -27,9 +27,13 @@ class HttpSession : public Session {
   void on_read(boost::beast::error_code error);
   void respond(const Request& request);
   void respond_to_api(const Request& request, std::string_view path);
+  void take_stop(const Request& request);
+  void take_call(const Request& request);
   void send_file(std::string_view path);
   void open_socket(const Request& request);
   void refuse(Status status, const std::string& text);
+  /// Sends {"text": TEXT}.
+  void refuse_call(Status status, const std::string& text);
   void send(Status status, const char* type, std::string body);
   /// Ends sending, and discards input until the browser closes the connection.
   void drain();
@@ -43,7 +47,8 @@ class HttpSession : public Session {
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   bool keep_alive_{false};
-  std::optional<StopOrder> stop_;  // its result is the response
+  std::optional<StopOrder> stop_;                 // its result is the response
+  std::shared_ptr<const RobotWatch::Call> call_;  // its result is the response
   std::array<char, 1024> drained_{};
 };
 

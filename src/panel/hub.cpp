@@ -44,6 +44,12 @@ StopOrder Hub::stop(const json& wanted) const {
   return order;
 }
 
+RobotWatch* Hub::find(const json& name) const {
+  const auto found =
+      std::find_if(robots.begin(), robots.end(), [&](const auto& robot) { return name == robot->name(); });
+  return found == robots.end() ? nullptr : found->get();
+}
+
 json Hub::descriptions() const {
   json list = json::array();
   for (const auto& robot : robots) {

@@ -62,6 +62,8 @@ class Hub {
   /// Requests Stops at once: {} stops all robots, {"robot": NAME} stops one. The order is empty if `wanted`
   /// is no object or names an unknown robot.
   [[nodiscard]] StopOrder stop(const nlohmann::json& wanted) const;
+  /// Returns the robot of that name; null if there is none.
+  [[nodiscard]] RobotWatch* find(const nlohmann::json& name) const;
   [[nodiscard]] nlohmann::json descriptions() const;
 
   /// Adds a connection. If there are too many, closes those that have been idle for longest.

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/request.h"
+
 namespace corbot::panel {
 
 /// The panel's interface to one robot. Each function may block. Each reports an error by a std::exception,
@@ -21,6 +23,9 @@ class RobotPort {
   /// Stops the arm and returns when the arm is at rest. Another thread calls it, even while the other
   /// functions hang or have failed.
   virtual void stop() = 0;
+  /// Starts a motion, or executes another request, without a wait for a motion. Returns an object for the
+  /// reply. A third thread calls it.
+  [[nodiscard]] virtual nlohmann::json call(const client::Request& request) = 0;
 };
 
 }  // namespace corbot::panel

@@ -18,12 +18,14 @@ RobotWatch::RobotWatch(std::string name, std::unique_ptr<RobotPort> port)
 RobotWatch::~RobotWatch() {
   end();
   if (polls_.joinable()) polls_.join();
+  if (calls_.joinable()) calls_.join();
   if (stops_.joinable()) stops_.join();
 }
 
 void RobotWatch::start(std::function<void()> changed) {
   changed_ = std::move(changed);
   stops_ = std::thread([this] { run_stops(); });
+  calls_ = std::thread([this] { run_calls(); });
   polls_ = std::thread([this] { run_polls(); });
 }
 
@@ -52,6 +54,14 @@ std::uint64_t RobotWatch::request_stop() {
 RobotWatch::StopResult RobotWatch::last_stop() const {
   const std::lock_guard lock(mutex_);
   return last_stop_;
+}
+
+std::shared_ptr<const RobotWatch::Call> RobotWatch::request_call(client::Request request) {
+  const std::lock_guard lock(mutex_);
+  if (call_) return nullptr;
+  call_ = std::make_shared<Call>(std::move(request), stops_requested_);
+  wake_.notify_all();
+  return call_;
 }
 
 bool RobotWatch::sleep_until(Clock::time_point time) {
@@ -101,7 +111,7 @@ void RobotWatch::poll_until_failure() {
 void RobotWatch::run_stops() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [&] { return ending_ || stops_requested_ != last_stop_.number; });
+    wake_.wait(lock, [&] { return (ending_ && !call_) || stops_requested_ != last_stop_.number; });
     const std::uint64_t number = stops_requested_;
     if (number == last_stop_.number) return;
     lock.unlock();
@@ -116,6 +126,39 @@ void RobotWatch::run_stops() {
     lock.unlock();
     changed_();
     lock.lock();
+  }
+}
+
+void RobotWatch::run_calls() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [&] { return ending_ || call_; });
+    const std::shared_ptr<Call> call = call_;
+    if (ending_) break;
+    lock.unlock();
+    make(*call);
+    lock.lock();
+    if (stops_requested_ != call->stops && client::spec_of(call->request.verb).motion) {
+      // The robot may have accepted the motion after it had carried out that Stop.
+      ++stops_requested_;
+      call->failure = "a Stop was requested meanwhile: this motion does not go on";
+    }
+    call->has_ended = true;
+    call_ = nullptr;
+    wake_.notify_all();
+    lock.unlock();
+    changed_();
+    lock.lock();
+  }
+  call_ = nullptr;
+  wake_.notify_all();
+}
+
+void RobotWatch::make(Call& call) {
+  try {
+    call.reply = port_->call(call.request);
+  } catch (const std::exception& error) {
+    call.failure = error.what();
   }
 }
 

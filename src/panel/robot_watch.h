@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -8,13 +9,14 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "panel/robot_port.h"
 
 namespace corbot::panel {
 
 /// Watches one robot. One thread polls the state at 50 Hz, and connects again after a failure. Another thread
-/// stops the robot, so a poll that hangs delays no Stop. Thread-safe.
+/// stops the robot, and a third one makes calls, so a poll or a call that hangs delays no Stop. Thread-safe.
 class RobotWatch {
  public:
   /// The newest state as JSON, or the reason why there is none. `number` rises with each text; 0: no text
@@ -30,16 +32,27 @@ class RobotWatch {
     std::string failure{};
   };
 
+  /// A requested call. `reply` and `failure` are valid when `has_ended`. Empty `failure`: the robot has
+  /// accepted it.
+  struct Call {
+    Call(client::Request wanted, std::uint64_t last_stop) : request(std::move(wanted)), stops(last_stop) {}
+    client::Request request;
+    std::uint64_t stops;  ///< number of the last Stop before the request
+    std::atomic<bool> has_ended{false};
+    nlohmann::json reply{};
+    std::string failure{};
+  };
+
   RobotWatch(std::string name, std::unique_ptr<RobotPort> port);
   RobotWatch(const RobotWatch&) = delete;
   RobotWatch& operator=(const RobotWatch&) = delete;
   /// Waits for the port's calls in progress and for requested Stops.
   ~RobotWatch();
 
-  /// Starts both threads. They call `changed` after each new state and each Stop; `changed` must not block.
+  /// Starts the threads. They call `changed` after each new state, Stop and call; `changed` must not block.
   /// Call start() once.
   void start(std::function<void()> changed);
-  /// Requests the end of both threads, and does not wait. They still carry out a Stop that was requested
+  /// Requests the end of the threads, and does not wait. They still carry out a Stop that was requested
   /// before.
   void end();
 
@@ -52,12 +65,19 @@ class RobotWatch {
   std::uint64_t request_stop();
   [[nodiscard]] StopResult last_stop() const;
 
+  /// Requests a call and does not wait. Returns null if another call is in progress. A Stop that is requested
+  /// before the call has ended also stops the motion that the call starts.
+  [[nodiscard]] std::shared_ptr<const Call> request_call(client::Request request);
+
  private:
   using Clock = std::chrono::steady_clock;
 
   void run_polls();
   void poll_until_failure();
   void run_stops();
+  void run_calls();
+  /// Makes the call while the mutex is not locked.
+  void make(Call& call);
   void publish(nlohmann::json state);
   /// Returns false if the watch is to end.
   [[nodiscard]] bool sleep_until(Clock::time_point time);
@@ -74,9 +94,11 @@ class RobotWatch {
   std::uint64_t connections_{0};
   std::uint64_t stops_requested_{0};
   StopResult last_stop_;
+  std::shared_ptr<Call> call_;  // null: none is in progress
 
   std::thread polls_;
   std::thread stops_;
+  std::thread calls_;
 };
 
 }  // namespace corbot::panel

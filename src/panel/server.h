@@ -15,6 +15,10 @@ namespace corbot::panel {
 ///   GET /api/rights    {"drive": true} if the token allows to move robots.
 ///   POST /api/stop     stops all robots, or only the one that the body {"robot": NAME} names.
 ///                      The reply has the result for each robot.
+///   POST /api/call     makes a robot do something: {"robot": NAME, "do": "move", "to_m": [X, Y, Z]}.
+///                      It needs the token to drive. Status 200: the robot has accepted it.
+///                      {"done": true, "ticket": N} is the reply to a motion, which goes on.
+///                      Status 409: the robot refuses; {"text": REASON}. Status 400: the body is wrong.
 ///   GET /ws            a WebSocket. It sends each robot's newest state, at most 50 a second.
 ///                      It accepts {"stop": {}}, whose object is like the body above.
 ///

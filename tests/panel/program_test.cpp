@@ -97,6 +97,52 @@ TEST_F(PanelProgram, ServesARobotAndStopsItUntilItEnds) {
   EXPECT_FALSE(fs::exists(token_file()));
 }
 
+TEST_F(PanelProgram, MovesARobotForWhoMayDrive) {
+  start_panel();
+  const auto call = [&](const std::string& token, const std::string& action, json values) {
+    values["robot"] = reference_;
+    values["do"] = action;
+    return ask(token, http::verb::post, "/api/call", values.dump());
+  };
+  const json near{{"to_m", {0.20, 0.10, 0.10}}};
+  EXPECT_EQ(call(watch_, "move", near).result(), http::status::forbidden);
+  const Response far = call(drive_, "move", {{"to_m", {2, 0, 0}}});
+  EXPECT_EQ(far.result(), http::status::conflict);
+  EXPECT_THAT(far.body(), HasSubstr("refused: (2, 0, 0) m is out of reach"));
+
+  const Response moved = call(drive_, "move", near);
+  ASSERT_EQ(moved.result(), http::status::ok) << moved.body();
+  const auto ticket = json::parse(moved.body())["ticket"].get<Corbot::Ticket>();
+  const Corbot::MotionInfo_var motion = arm_->Wait(ticket, 30);
+  EXPECT_EQ(motion->state, Corbot::MotionDone);
+  const Corbot::CartesianCoord tool = arm_->CartCoord();
+  EXPECT_NEAR(tool.x, 0.20, 1e-3);
+
+  EXPECT_EQ(call(drive_, "override", {{"percent", 50}}).body(), R"({"done":true})");
+  EXPECT_EQ(arm_->State()->overridePercent, 50);
+  ASSERT_EQ(call(drive_, "acquire", json::object()).result(), http::status::ok);
+  EXPECT_STREQ(arm_->Control()->holder, "panel");
+  EXPECT_EQ(test::raised_by([&] { arm_->StartReady(); }), "NotReady");
+  EXPECT_EQ(call(drive_, "open", json::object()).result(), http::status::ok);
+  EXPECT_EQ(call(drive_, "release", json::object()).result(), http::status::ok);
+  EXPECT_STREQ(arm_->Control()->holder, "");
+  EXPECT_EQ(call(drive_, "ready", json::object()).result(), http::status::ok);
+}
+
+TEST_F(PanelProgram, MovesARobotWhenItsControlHasEnded) {
+  start_panel();
+  const auto call = [&](json body) {
+    body["robot"] = reference_;
+    return ask(drive_, http::verb::post, "/api/call", body.dump());
+  };
+  ASSERT_EQ(call({{"do", "acquire"}, {"lease_s", 0.5}}).result(), http::status::ok);
+  ASSERT_TRUE(wait_until(within(20), [&] { return *arm_->Control()->holder.in() == '\0'; }));
+  const Response ended = call({{"do", "ready"}});
+  EXPECT_EQ(ended.result(), http::status::conflict);
+  EXPECT_THAT(ended.body(), HasSubstr("control has ended"));
+  EXPECT_EQ(call({{"do", "ready"}}).result(), http::status::ok);
+}
+
 TEST_F(PanelProgram, SaysWhatIsMissing) {
   const auto fault = [&](std::vector<std::string> words) {
     words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-panel");

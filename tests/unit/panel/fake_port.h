@@ -18,6 +18,7 @@ class FakeRobot {
   /// Makes the polls in progress and all later polls hang, or releases them.
   void set_polls_hang(bool hang) { set(polls_hang_, hang); }
   void set_stops_hang(bool hang) { set(stops_hang_, hang); }
+  void set_calls_hang(bool hang) { set(calls_hang_, hang); }
   void set_fault(std::string text) { set(fault_, std::move(text)); }
   void set_padding(std::string text) { set(padding_, std::move(text)); }
 
@@ -25,6 +26,12 @@ class FakeRobot {
   [[nodiscard]] int polls() const { return get(polls_); }
   [[nodiscard]] int hanging_polls() const { return get(hanging_polls_); }
   [[nodiscard]] int hanging_stops() const { return get(hanging_stops_); }
+  [[nodiscard]] int hanging_calls() const { return get(hanging_calls_); }
+  /// Returns the accepted calls, one a line, as they would stand in a program.
+  [[nodiscard]] std::string calls() const {
+    const std::lock_guard lock(mutex_);
+    return calls_;
+  }
 
   void connect() {
     const std::lock_guard lock(mutex_);
@@ -46,6 +53,15 @@ class FakeRobot {
     fail();
     ++stops_;
   }
+  nlohmann::json call(const client::Request& request) {
+    std::unique_lock lock(mutex_);
+    ++hanging_calls_;
+    wake_.wait(lock, [&] { return !calls_hang_; });
+    --hanging_calls_;
+    fail();
+    calls_ += client::to_string(request) + "\n";
+    return {{"done", true}, {"ticket", 7}};
+  }
 
  private:
   template <class Value>
@@ -66,12 +82,15 @@ class FakeRobot {
   std::condition_variable wake_;
   bool polls_hang_{false};
   bool stops_hang_{false};
+  bool calls_hang_{false};
   std::string fault_;
   std::string padding_;
   int polls_{0};
   int stops_{0};
   int hanging_polls_{0};
   int hanging_stops_{0};
+  int hanging_calls_{0};
+  std::string calls_;
 };
 
 class FakePort : public RobotPort {
@@ -83,6 +102,7 @@ class FakePort : public RobotPort {
   }
   nlohmann::json state() override { return robot_->state(); }
   void stop() override { robot_->stop(); }
+  nlohmann::json call(const client::Request& request) override { return robot_->call(request); }
 
  private:
   std::shared_ptr<FakeRobot> robot_;

@@ -21,6 +21,7 @@ class Watch : public testing::Test {
   ~Watch() override {
     robot_->set_polls_hang(false);
     robot_->set_stops_hang(false);
+    robot_->set_calls_hang(false);
   }
   void start() {
     watch_.start([this] { ++changes_; });
@@ -104,6 +105,52 @@ TEST_F(Watch, CarriesOutAStopBeforeItEnds) {
   robot_->set_stops_hang(false);
   ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == last; }));
   EXPECT_EQ(robot_->stops(), 2);
+}
+
+TEST_F(Watch, MakesOneCallAtATime) {
+  robot_->set_calls_hang(true);
+  start();
+  const auto first = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
+  EXPECT_FALSE(watch_.request_call({.verb = client::Verb::kOpen, .numbers = {}}));
+  robot_->set_calls_hang(false);
+  ASSERT_TRUE(wait_until([&] { return first->has_ended.load(); }));
+  EXPECT_EQ(first->failure, "");
+  EXPECT_EQ(first->reply["ticket"], 7);
+  robot_->set_fault("the robot is not ready");
+  const auto second = watch_.request_call({.verb = client::Verb::kClose, .numbers = {}});
+  ASSERT_TRUE(second);
+  ASSERT_TRUE(wait_until([&] { return second->has_ended.load(); }));
+  EXPECT_EQ(second->failure, "the robot is not ready");
+  EXPECT_EQ(robot_->calls(), "ready\n");
+  EXPECT_EQ(robot_->stops(), 0);
+}
+
+TEST_F(Watch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
+  robot_->set_calls_hang(true);
+  start();
+  const auto call = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  EXPECT_EQ(robot_->stops(), 1);
+  watch_.end();
+  robot_->set_calls_hang(false);
+  ASSERT_TRUE(wait_until([&] { return call->has_ended.load() && robot_->stops() == 2; }));
+  EXPECT_THAT(call->failure, HasSubstr("a Stop was requested"));
+}
+
+TEST_F(Watch, AStopDuringACallThatMovesNothingIsNotRepeated) {
+  robot_->set_calls_hang(true);
+  start();
+  const auto call = watch_.request_call({.verb = client::Verb::kClear, .numbers = {}});
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
+  const std::uint64_t number = watch_.request_stop();
+  robot_->set_calls_hang(false);
+  ASSERT_TRUE(wait_until([&] { return call->has_ended.load() && watch_.last_stop().number >= number; }));
+  EXPECT_EQ(call->failure, "");
+  EXPECT_EQ(watch_.last_stop().number, number);
 }
 
 }  // namespace

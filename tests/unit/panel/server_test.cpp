@@ -25,6 +25,8 @@ using nlohmann::json;
 using test::wait_until;
 using testing::HasSubstr;
 
+constexpr const char* kDriveToken = "fedcba9876543210";
+
 class PanelServer : public testing::Test {
  protected:
   PanelServer() {
@@ -36,11 +38,13 @@ class PanelServer : public testing::Test {
     fs::create_symlink(directory_ / "secret", directory_ / "page" / "link");
     settings_.pages = directory_ / "page";
     settings_.watch_token = kToken;
+    settings_.drive_token = kDriveToken;
   }
   ~PanelServer() override {
     for (const auto& robot : {one_, two_}) {
       robot->set_polls_hang(false);
       robot->set_stops_hang(false);
+      robot->set_calls_hang(false);
     }
     if (server_) server_->end();
     if (thread_.joinable()) thread_.join();
@@ -49,6 +53,16 @@ class PanelServer : public testing::Test {
   }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(directory_ / name) << text;
+  }
+  static http::request<http::string_body> to_drive(http::verb verb, const std::string& target,
+                                                   const std::string& body = "") {
+    auto request = Browser::request(verb, target);
+    request.set(http::field::authorization, std::string("Bearer ") + kDriveToken);
+    request.body() = body;
+    return request;
+  }
+  static Response call(int port, const std::string& body) {
+    return Browser(port).ask(to_drive(http::verb::post, "/api/call", body));
   }
   int start() {
     std::vector<std::unique_ptr<RobotWatch>> robots;
@@ -103,6 +117,72 @@ TEST_F(PanelServer, RefusesAMissingOrWrongToken) {
   EXPECT_TRUE(page.error());
   EXPECT_EQ(page.refusal(), http::status::unauthorized);
   EXPECT_EQ(one_->stops(), 0);
+}
+
+TEST_F(PanelServer, OnlyTheTokenToDriveMakesCalls) {
+  const int port = start();
+  EXPECT_EQ(Browser(port).get("/api/rights").body(), R"({"drive":false})");
+  EXPECT_EQ(Browser(port).ask(to_drive(http::verb::get, "/api/rights")).body(), R"({"drive":true})");
+  EXPECT_EQ(Browser(port).ask(to_drive(http::verb::post, "/api/stop")).result(), http::status::ok);
+  EXPECT_FALSE(Page(port, std::string("/ws?token=") + kDriveToken).error());
+  const std::string body = R"({"robot": "two", "do": "move", "to_m": [0.2, -0.1, 0.1], "time_s": 4})";
+  const Response refused = Browser(port).post("/api/call", body);
+  EXPECT_EQ(refused.result(), http::status::forbidden);
+  EXPECT_THAT(refused.body(), HasSubstr("this token allows to watch and to stop"));
+  EXPECT_EQ(two_->calls(), "");
+  const Response done = call(port, body);
+  EXPECT_EQ(done.result(), http::status::ok) << done.body();
+  EXPECT_EQ(json::parse(done.body()), json({{"done", true}, {"ticket", 7}}));
+  EXPECT_EQ(two_->calls(), "move 0.2 -0.1 0.1 --time 4\n");
+  EXPECT_EQ(one_->calls(), "");
+}
+
+TEST_F(PanelServer, WithoutATokenToDriveNoClientMayDrive) {
+  settings_.drive_token = "";
+  const int port = start();
+  auto request = to_drive(http::verb::post, "/api/call", R"({"robot": "one", "do": "ready"})");
+  EXPECT_EQ(Browser(port).ask(request).result(), http::status::unauthorized);
+  request.set(http::field::authorization, "Bearer ");
+  EXPECT_EQ(Browser(port).ask(request).result(), http::status::unauthorized);
+  EXPECT_EQ(one_->calls(), "");
+}
+
+TEST_F(PanelServer, SaysWhyACallIsRefused) {
+  const int port = start();
+  for (const char* body : {"", "{", "[]", R"({"do": "ready"})", R"({"robot": "three", "do": "ready"})"}) {
+    const Response response = call(port, body);
+    EXPECT_EQ(response.result(), http::status::bad_request) << body;
+    EXPECT_THAT(response.body(), HasSubstr("with a robot of this panel")) << body;
+  }
+  const Response wrong = call(port, R"({"robot": "one", "do": "speed", "percent": 101})");
+  EXPECT_EQ(wrong.result(), http::status::bad_request);
+  EXPECT_EQ(json::parse(wrong.body())["text"], "speed: PERCENT 101: must be above 0 and at most 100");
+  EXPECT_EQ(one_->calls(), "");
+  one_->set_fault("refused: out of reach");
+  const Response refused = call(port, R"({"robot": "one", "do": "ready"})");
+  EXPECT_EQ(refused.result(), http::status::conflict);
+  EXPECT_EQ(refused.body(), R"({"text":"refused: out of reach"})");
+}
+
+TEST_F(PanelServer, ACallThatHangsDelaysNoStop) {
+  one_->set_calls_hang(true);
+  const int port = start();
+  std::thread hanging([&] {
+    const Response response = call(port, R"({"robot": "one", "do": "ready"})");
+    EXPECT_EQ(response.result(), http::status::conflict);
+    EXPECT_THAT(response.body(), HasSubstr("a Stop was requested"));
+  });
+  EXPECT_TRUE(wait_until([&] { return one_->hanging_calls() == 1; }));
+  const Response busy = call(port, R"({"robot": "one", "do": "open"})");
+  EXPECT_EQ(busy.result(), http::status::conflict);
+  EXPECT_THAT(busy.body(), HasSubstr("busy"));
+  EXPECT_EQ(call(port, R"({"robot": "two", "do": "open"})").result(), http::status::ok);
+  EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::ok);
+  EXPECT_EQ(one_->stops(), 1);
+  EXPECT_EQ(one_->hanging_calls(), 1);
+  one_->set_calls_hang(false);
+  hanging.join();
+  EXPECT_TRUE(wait_until([&] { return one_->stops() == 2; }));
 }
 
 TEST_F(PanelServer, RefusesForeignHostsAndOrigins) {
