@@ -205,6 +205,9 @@ void add_supervision(CLI::App& app, Settings& s) {
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
                                         "Start a naming service on the loopback, too, at this port (2809)");
   naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
+  auto* panel = up_command->add_option("--panel", s.up.panel_port,
+                                       "Start a panel on the loopback, too, at this port (8080)");
+  panel->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
   up_command->add_option("--orb", s.up.orb, "ORB of the servant")
       ->check(CLI::IsMember({"omniorb", "orbit2"}));
   up_command
@@ -219,7 +222,8 @@ void add_supervision(CLI::App& app, Settings& s) {
                        "The end of standard input, a pipe, ends the robot: it ends with the starter");
   up_command->add_flag("--replace", s.up.replace,
                        "End a robot of that name first, even one of another terminal");
-  up_command->callback([&s, naming] {
+  up_command->callback([&s, naming, panel] {
+    if (panel->count() > 0 && s.up.panel_port == 0) s.up.panel_port = 8080;
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);
   });

@@ -5,24 +5,18 @@
 
 #include <cerrno>
 
-#include "cli/supervise/child.h"
+#include "cli/supervise/robot_children.h"
 #include "client/failure.h"
 
 namespace corbot::cli {
 
-using client::ExitCode;
-using client::Failure;
-
 void run_panel(std::vector<std::string> arguments) {
-  std::string program = "corbot-panel";
-  const auto path = find_program(program);
-  if (!path)
-    throw Failure(ExitCode::kUsage, "there is no corbot-panel here: this corbot was built without Boost");
-  std::vector<char*> words{program.data()};
+  std::string path = panel_program();
+  std::vector<char*> words{path.data()};
   for (std::string& argument : arguments) words.push_back(argument.data());
   words.push_back(nullptr);
-  ::execv(path->c_str(), words.data());
-  throw client::system_failure(*path, errno);
+  ::execv(path.c_str(), words.data());
+  throw client::system_failure(path, errno);
 }
 
 }  // namespace corbot::cli

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <regex>
@@ -413,6 +414,29 @@ TEST_F(Robustness, UnderAServiceManagerItReportsThatItIsUpAndWell) {
   EXPECT_EQ(status().at("device").at("position_uncertain"), false)
       << "what was stored came back, and is the last";
   EXPECT_TRUE(works());
+}
+
+// Such a process is the panel: the robot must not end with it.
+TEST_F(Robustness, AProcessThatIsNotNeededIsNeverGivenUp) {
+  const std::string starts = put("starts", "");
+  const auto count = [&] {
+    std::ifstream file(starts);
+    return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
+  };
+  cli::Supervisor supervisor(
+      {.notify_path = (directory_ / "manager").string(), .attempts = 1, .on_change = [] {}});
+  ASSERT_TRUE(supervisor.start({.title = "needed",
+                                .command = {"/bin/sleep", "1000"},
+                                .is_ready = [](const std::string&) { return true; }}));
+  // Only its first start gets ready.
+  ASSERT_TRUE(supervisor.start(
+      {.title = "other",
+       .command = {"/bin/sh", "-c", "echo >> \"$0\"; [ $(wc -l < \"$0\") -gt 1 ] || echo ready", starts},
+       .is_ready = [](const std::string& line) { return line == "ready"; },
+       .is_needed = false}));
+  EXPECT_TRUE(wait_until(within(60), [&] { return !supervisor.step() || count() > 2; }));
+  EXPECT_TRUE(supervisor.all_ready());
+  supervisor.stop_all();
 }
 
 TEST_F(Robustness, PathsThatAreNoUtf8AreHandled) {

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // corbot-panel as its users see it.
 #include <gmock/gmock.h>
+#include <signal.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "panel/browser.h"
+#include "support/ports.h"
 #include "support/robot_rig.h"
 #include "support/scratch.h"
 
@@ -141,6 +146,48 @@ TEST_F(PanelProgram, MovesARobotWhenItsControlHasEnded) {
   EXPECT_EQ(ended.result(), http::status::conflict);
   EXPECT_THAT(ended.body(), HasSubstr("control has ended"));
   EXPECT_EQ(call({{"do", "ready"}}).result(), http::status::ok);
+}
+
+/// Returns the process of that program whose parent is `parent`; 0: there is none.
+pid_t child_of(pid_t parent, const std::string& program) {
+  std::ifstream children("/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children");
+  for (pid_t child = 0; children >> child;) {
+    std::error_code ignored;
+    if (fs::read_symlink("/proc/" + std::to_string(child) + "/exe", ignored).filename() == program)
+      return child;
+  }
+  return 0;
+}
+
+TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
+  const fs::path programs = directory_ / "bin";  // installed as the package does, with the page
+  fs::create_directories(programs);
+  for (const char* program : {"corbot", "corbot-panel", "corbot-rt", "corbot-servant"})
+    fs::copy_file(fs::path(CORBOT_BIN_DIR) / program, programs / program);
+  fs::create_directories(directory_ / "share" / "corbot");
+  fs::rename(directory_ / "page", directory_ / "share" / "corbot" / "page");
+  fs::permissions(directory_, fs::perms::owner_all);
+  port_of_panel_ = test::free_port();
+  const std::string robot = name_ + "-up";
+  Process up({(programs / "corbot").string(), "up", CORBOT_TEST_PROFILE, "--name", robot, "--endpoint",
+              "127.0.0.1:" + std::to_string(test::free_port()), "--panel", std::to_string(port_of_panel_)},
+             environment());
+  const auto first = up.wait_line("watch and stop: http://127.0.0.1:", within(30));
+  ASSERT_TRUE(first) << up.errors();
+  ASSERT_TRUE(up.wait_line(robot + " is up", within(30))) << up.errors();
+  watch_ = first->substr(first->find("token=") + 6);
+  EXPECT_EQ(ask("", http::verb::get, "/").body(), "<html/>");
+  EXPECT_EQ(json::parse(ask(watch_, http::verb::get, "/api/robots").body())[0]["robot"], robot);
+
+  const pid_t servant = child_of(up.pid(), "corbot-servant");
+  ASSERT_EQ(::kill(child_of(up.pid(), "corbot-panel"), SIGKILL), 0);
+  const auto second = up.wait_line("watch and stop: ", within(30));
+  ASSERT_TRUE(second) << up.errors();
+  EXPECT_NE(*second, *first);
+  EXPECT_EQ(child_of(up.pid(), "corbot-servant"), servant);
+  EXPECT_TRUE(fs::exists(token_file()));
+  EXPECT_EQ(up.terminate(), 0) << up.errors();
+  EXPECT_FALSE(fs::exists(token_file()));
 }
 
 TEST_F(PanelProgram, SaysWhatIsMissing) {

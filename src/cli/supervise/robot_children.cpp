@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "cli/supervise/report.h"
+#include "client/failure.h"
 #include "net/ports.h"
 
 namespace corbot::cli {
@@ -82,6 +84,24 @@ Supervisor::Spec servant(const UpOptions& options, RobotState& state, const Supe
                 return true;
               },
           .respond_s = times.respond_s};
+}
+
+std::string panel_program() {
+  const auto path = find_program("corbot-panel");
+  if (path) return *path;
+  throw client::Failure(client::ExitCode::kUsage,
+                        "there is no corbot-panel here: this corbot was built without Boost");
+}
+
+Supervisor::Spec panel(const std::string& robot, int port) {
+  return {.title = kPanel,
+          .command = {panel_program(), robot, "--port", fmt::format("{}", port)},
+          .is_ready =
+              [](const std::string& line) {
+                if (line.find("#token=") != std::string::npos) report(line);
+                return line.starts_with("panel ready");
+              },
+          .is_needed = false};
 }
 
 }  // namespace corbot::cli

@@ -15,6 +15,7 @@ namespace corbot::cli {
 inline constexpr const char* kNaming = "naming service";
 inline constexpr const char* kRealTimeTask = "real-time task";
 inline constexpr const char* kServant = "servant";
+inline constexpr const char* kPanel = "panel";
 inline constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
 
 /// `log_directory` stores its names.
@@ -25,5 +26,9 @@ inline constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
 /// `state` receives the servant's address.
 [[nodiscard]] Supervisor::Spec servant(const UpOptions& options, client::RobotState& state,
                                        const SupervisorOptions& times);
+/// Returns the path of corbot-panel. Throws client::Failure if it is not installed.
+[[nodiscard]] std::string panel_program();
+/// The panel of one robot; each start reports its URLs.
+[[nodiscard]] Supervisor::Spec panel(const std::string& robot, int port);
 
 }  // namespace corbot::cli

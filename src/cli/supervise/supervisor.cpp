@@ -167,7 +167,7 @@ void Supervisor::schedule_restart(Entry& entry, const std::string& why) {
   entry.ready = false;
   entry.restarted = true;
   entry.status.clear();
-  if (options_.attempts > 0 && entry.failed_attempts >= options_.attempts) {
+  if (entry.spec.is_needed && options_.attempts > 0 && entry.failed_attempts >= options_.attempts) {
     give_up(entry, ExitCode::kInternal,
             fmt::format("{}; {} starts in a row did not get ready: giving up", why, entry.failed_attempts));
   }
@@ -326,8 +326,9 @@ pid_t Supervisor::pid_of(const std::string& title) const {
 }
 
 bool Supervisor::all_ready() const {
-  return std::all_of(entries_.begin(), entries_.end(),
-                     [](const Entry& entry) { return entry.ready && !entry.was_killed; });
+  return std::all_of(entries_.begin(), entries_.end(), [](const Entry& entry) {
+    return !entry.spec.is_needed || (entry.ready && !entry.was_killed);
+  });
 }
 
 }  // namespace corbot::cli

@@ -37,6 +37,9 @@ class Supervisor {
     double end_within_s{5};      ///< after SIGTERM; then SIGKILL
     /// Appended to the command if the previous process had been ready, did not respond and was killed.
     std::vector<std::string> after_unresponsive{};
+    /// False: the others work without it. Once it has been ready, it is never given up, and all_ready() does
+    /// not count it.
+    bool is_needed{true};
   };
   struct Options {
     std::string notify_path;  ///< of the socket
@@ -67,7 +70,7 @@ class Supervisor {
   void stop_all();
 
   [[nodiscard]] pid_t pid_of(const std::string& title) const;
-  /// Returns true if every process is ready and responds.
+  /// Returns true if every process that is needed is ready and responds.
   [[nodiscard]] bool all_ready() const;
   /// Returns the signal that requested the end, SIGHUP for the end of standard input; 0: none yet.
   [[nodiscard]] int end_signal() const noexcept { return end_signal_; }
