@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/explain.h"
 #include "client/failure.h"
 #include "client/local_robots.h"
 #include "client/notice.h"
@@ -38,7 +39,7 @@ struct Options {
 
 /// Returns the robots that the panel shows, each once.
 std::vector<std::string> robots_of(const Options& options) {
-  const std::vector<std::string> robots = options.robots.empty() ? client::robots_up() : options.robots;
+  std::vector<std::string> robots = options.robots.empty() ? client::robots_up() : options.robots;
   if (robots.empty())
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("no robot is up on this machine ({}): start one with 'corbot up PROFILE', or "
@@ -136,6 +137,15 @@ void serve(const Options& options) {
   serving.join();
 }
 
+/// Validates a name that is compared with those in requests.
+std::string host_fault(const std::string& name) {
+  const bool is_address = name.starts_with('[') && name.ends_with(']');
+  const bool is_name = !name.empty() && name.find_first_of(":/ ") == std::string::npos;
+  if (is_address || is_name) return {};
+  return fmt::format("'{}' is no name: write it without scheme and port, such as bench.local",
+                     client::printable(name));
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Serves a web page on which people watch, stop and move robots", "corbot-panel");
   Options options;
@@ -150,8 +160,8 @@ int run(int argc, char** argv) {
   app.add_option("--allow-host", options.server.more_hosts,
                  "Name of this machine that browsers elsewhere use; can be repeated")
       ->type_name("NAME")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->check(host_fault, "")
+      ->allow_extra_args(false);  // a ROBOT may follow
   app.add_option("--pages", options.server.pages, "Directory of the built page, instead of the installed one")
       ->type_name("DIR");
   app.add_option("--token-file", options.token_file,

@@ -42,9 +42,11 @@ class PanelProgram : public test::RobotRig {
   }
   void start_panel() {
     fs::permissions(directory_, fs::perms::owner_all);
-    panel_.emplace(std::vector<std::string>{CORBOT_BIN_DIR "/corbot", "panel", reference_, "--port", "0",
-                                            "--pages", (directory_ / "page").string()},
-                   environment());
+    const std::string page = (directory_ / "page").string();
+    panel_.emplace(
+        std::vector<std::string>{CORBOT_BIN_DIR "/corbot", "panel", "--port", "0", "--pages", page,
+                                 "--allow-host", "bench", "--allow-host", "bench.local", reference_},
+        environment());
     ASSERT_TRUE(panel_->wait_line("panel ready", within(30))) << panel_->errors();
     const std::string& printed = panel_->output();
     const auto after = [&](const std::string& words, std::size_t from) {
@@ -77,6 +79,12 @@ class PanelProgram : public test::RobotRig {
 TEST_F(PanelProgram, ServesARobotAndStopsItUntilItEnds) {
   start_panel();
   EXPECT_EQ(ask("", http::verb::get, "/").body(), "<html/>");
+  for (const char* host : {"bench", "bench.local", "127.0.0.1", "elsewhere"}) {
+    auto request = Browser::request(http::verb::get, "/");
+    request.set(http::field::host, host);
+    const bool is_known = std::string(host) != "elsewhere";
+    EXPECT_EQ(Browser(port_of_panel_).ask(request).result() == http::status::ok, is_known) << host;
+  }
   EXPECT_EQ(ask("wrong", http::verb::get, "/api/robots").result(), http::status::unauthorized);
   EXPECT_EQ(ask(watch_, http::verb::get, "/api/rights").body(), R"({"drive":false})");
   EXPECT_EQ(ask(drive_, http::verb::get, "/api/rights").body(), R"({"drive":true})");
@@ -203,6 +211,7 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
   EXPECT_THAT(fault({"--pages", page, "--port", "65536", reference_}), HasSubstr("2 --port"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "localhost", reference_}),
               HasSubstr("in figures"));
+  EXPECT_THAT(fault({"--allow-host", "http://bench", reference_}), HasSubstr("write it without scheme"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--token-file", page + "/index.html", reference_}),
               HasSubstr("exists already"));
   EXPECT_THAT(fault({"--pages", page, "--port", std::to_string(port_), reference_}), HasSubstr("in use"));
