@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs a test of the page with a panel of its own, in a browser that a file's tests share.
+
+import { mkdirSync } from "node:fs";
+import { after, test } from "node:test";
+
+import { Browser, findChromium } from "./browser.js";
+import { FakePanel } from "./fake_panel.js";
+
+const PAGES = "build/page";
+const PICTURES = "build/page-test/failed";
+const chromium = findChromium();
+let shared: Browser | null = null;
+
+after(() => shared?.close());
+
+/// A test that fails leaves a picture of each of its tabs in build/page-test/failed.
+export function pageTest(name: string, body: (panel: FakePanel, browser: Browser) => Promise<void>): void {
+  const skip = chromium ? false : "Chromium is not installed";
+  test(name, { skip, timeout: 60_000 }, async () => {
+    const browser = shared ??= Browser.start(chromium);
+    browser.tabs.length = 0;
+    const panel = new FakePanel(PAGES);
+    await panel.start();
+    try {
+      await body(panel, browser);
+    } catch (error) {
+      mkdirSync(PICTURES, { recursive: true });
+      const file = `${PICTURES}/${name.toLowerCase().replace(/[^a-z0-9]+/g, "-")}`;
+      for (const [i, tab] of browser.tabs.entries()) await tab.savePicture(`${file}-${i}.png`);
+      throw error;
+    } finally {
+      await panel.end();
+    }
+  });
+}
