@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The connection to the panel: the WebSocket of states, and the robots' descriptions.
 
-import { type Description, parseDescriptions, parseUpdate, type Update } from "./state.js";
+import { type Description, parseDescriptions, parseJson, parseUpdate, type Update } from "./state.js";
 import { authorization } from "./stop.js";
 
 const RECONNECT_MS = 1000;
@@ -14,6 +14,7 @@ export interface Listener {
   onRefused(): void; // the token is wrong
   onUpdate(update: Update): void;
   onDescriptions(descriptions: Description[]): void;
+  onRights(mayDrive: boolean): void;
 }
 
 export class Connection {
@@ -32,6 +33,17 @@ export class Connection {
       if (this.isEnded) return;
       if (reply.status === 401) this.listener.onRefused();
       if (reply.ok) this.listener.onDescriptions(parseDescriptions(await reply.text()));
+    } catch {
+      // The WebSocket reports a lost connection.
+    }
+  }
+
+  /// Reads what the token allows. A panel that does not say it allows no driving.
+  private async readRights(): Promise<void> {
+    try {
+      const reply = await fetch("/api/rights", { headers: authorization(this.token), cache: "no-store" });
+      const rights = parseJson(await reply.text()) as { drive?: unknown } | null | undefined;
+      if (!this.isEnded) this.listener.onRights(reply.ok && rights?.drive === true);
     } catch {
       // The WebSocket reports a lost connection.
     }
@@ -63,6 +75,7 @@ export class Connection {
     };
     expectMessage();
     void this.describe();
+    void this.readRights();
     socket.onopen = () => !this.isEnded && this.listener.onOpen();
     socket.onclose = lose;
     socket.onmessage = (event) => {

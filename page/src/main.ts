@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: its frame, and the robot that the address names.
 
+import { call, type Order } from "./call.js";
 import { Connection } from "./connection.js";
 import { el, setText } from "./dom.js";
 import { RobotView } from "./robot_view.js";
-import { type Description, Newest, OLD_AFTER_S, type Update } from "./state.js";
-import { StopBar } from "./stop_bar.js";
+import { type Description, Newest, NO_DRIVE_AFTER_S, OLD_AFTER_S, type Update } from "./state.js";
+import { StopBar, stopButton } from "./stop_bar.js";
 import { T } from "./texts.js";
 import { fragmentValue, keepToken, robotLink, takeToken } from "./token.js";
 
@@ -18,6 +19,7 @@ class Page {
   private token = takeToken();
   private connection: Connection | null = null;
   private isConnected = false;
+  private mayDrive = false;
   private said = new Map<string, string>();
 
   private readonly link = el("p", { class: "link", role: "status" });
@@ -26,13 +28,16 @@ class Page {
   private readonly heading = el("h2", { tabindex: "-1" });
   private readonly notice = el("p", { class: "notice" });
   private readonly content = el("div");
-  private readonly main = el("main", {}, this.heading, this.notice, this.content);
+  private readonly stopOne = el("div");
+  private readonly main = el("main", {}, el("div", { class: "head" }, this.heading, this.stopOne),
+                             this.notice, this.content);
+  private readonly stopBar = new StopBar(() => this.token);
 
   constructor() {
     document.title = T.title;
     document.body.append(
       el("header", {}, el("h1", {}, el("a", { href: "#" }, T.title)), this.link),
-      new StopBar(() => this.token).root,
+      this.stopBar.root,
       el("nav", { "aria-label": T.robots }, this.list), this.main, this.news);
     window.addEventListener("hashchange", () => {
       if (fragmentValue(location.hash, "token")) return location.reload();
@@ -55,6 +60,7 @@ class Page {
       onRefused: () => this.askToken(T.tokenRefused),
       onUpdate: (update) => this.take(update),
       onDescriptions: (descriptions) => this.describe(descriptions),
+      onRights: (mayDrive) => this.allow(mayDrive),
     });
   }
 
@@ -87,6 +93,18 @@ class Page {
     field.focus();
   }
 
+  private allow(mayDrive: boolean): void {
+    if (this.mayDrive === mayDrive) return;
+    this.mayDrive = mayDrive;
+    this.closeView();
+    this.route();
+  }
+
+  /// Sends nothing to a robot whose present state is not shown.
+  private async drive(robot: string, order: Order): Promise<string> {
+    return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : call(this.token, robot, order);
+  }
+
   private take(update: Update): void {
     const before = this.newest.update(update.robot);
     if (!this.newest.put(update, performance.now())) return;
@@ -116,10 +134,16 @@ class Page {
       const description = this.descriptions.find(({ robot }) => robot === wanted);
       setText(this.heading, wanted || T.choose);
       if (description && description.joints.length > 0) {
-        this.view = { robot: wanted, root: new RobotView(description) };
+        const send = this.mayDrive ? (order: Order) => this.drive(wanted, order) : null;
+        this.view = { robot: wanted, root: new RobotView(description, send) };
         const arm = this.newest.arm(wanted);
         if (arm) this.view.root.take(arm);
         this.content.replaceChildren(this.view.root.root);
+      }
+      if (description) {
+        const stop = stopButton(T.stopOnly(wanted), () => this.stopBar.press(wanted));
+        stop.className = "stop-one";
+        this.stopOne.replaceChildren(stop);
       }
     }
     for (const link of this.list.querySelectorAll("a")) {
@@ -133,6 +157,7 @@ class Page {
     this.view?.root.close();
     this.view = null;
     this.content.replaceChildren();
+    this.stopOne.replaceChildren();
   }
 
   private refresh(): void {
@@ -150,9 +175,9 @@ class Page {
     if (this.view && arm) this.view.root.refresh(arm);
   }
 
-  private isOld(robot: string): boolean {
+  private isOld(robot: string, after_s = OLD_AFTER_S): boolean {
     const age_s = this.newest.age_s(robot, performance.now());
-    return !this.isConnected || !this.newest.update(robot)?.arm || !(age_s < OLD_AFTER_S);
+    return !this.isConnected || !this.newest.update(robot)?.arm || !(age_s < after_s);
   }
 
   private statusOf(robot: string): string {

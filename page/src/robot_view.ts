@@ -2,6 +2,7 @@
 // The part of the page that shows one robot.
 
 import { Arm3d } from "./arm3d.js";
+import { absentControls, Controls, type Send } from "./controls.js";
 import { el, fixed, section, setText, timeOfDay } from "./dom.js";
 import { Plots } from "./plots.js";
 import { type ArmState, type Description, rollPitchYaw_deg } from "./state.js";
@@ -60,12 +61,13 @@ export class RobotView {
   private readonly drawing: Arm3d | null;
   private readonly legend = el("p", { class: "legend" });
 
-  constructor(private readonly description: Description) {
+  /// `send` is null without the right to drive.
+  constructor(private readonly description: Description, send: Send | null) {
     this.plots = new Plots(description.robot, description.joints);
     this.drawing = this.makeDrawing();
     const fields = FIELDS.map(([heading, rows]) => this.fields(heading, rows));
-    this.root = el("div", { class: "robot" }, this.view(), this.alarms(), this.joints(), ...fields,
-                   this.servant(), this.plots.root);
+    this.root = el("div", { class: "robot" }, this.view(), this.alarms(), this.joints(), this.drive(send),
+                   ...fields, this.servant(), this.plots.root);
   }
 
   /// Takes each state: the drawing and the plots need all.
@@ -102,6 +104,13 @@ export class RobotView {
     const part = section(T.view, this.drawing.canvas, this.legend);
     part.classList.add("view");
     return part;
+  }
+
+  private drive(send: Send | null): HTMLElement {
+    if (!send) return absentControls();
+    const controls = new Controls(send);
+    this.refreshers.push((arm) => controls.refresh(arm));
+    return controls.root;
   }
 
   private joints(): HTMLElement {
@@ -141,7 +150,9 @@ export class RobotView {
         value.classList.toggle("bad", isBad?.(arm) ?? false);
       });
     }
-    return section(heading, rows);
+    const part = section(heading, rows);
+    if (heading === T.control) part.classList.add("wide");
+    return part;
   }
 
   private servant(): HTMLElement {
@@ -149,7 +160,9 @@ export class RobotView {
     const started = Number.isFinite(started_s) ? new Date(1000 * started_s).toLocaleString("en-GB") : T.none;
     const rows = [[T.address, address], [T.version, version], [T.profile, profile], [T.started, started]];
     const cells = rows.flatMap(([label, text]) => [el("dt", {}, label ?? ""), el("dd", {}, text ?? "")]);
-    return section(T.servant, el("dl", {}, ...cells));
+    const part = section(T.servant, el("dl", {}, ...cells));
+    part.classList.add("wide");
+    return part;
   }
 
   private alarms(): HTMLElement {

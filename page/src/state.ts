@@ -161,6 +161,8 @@ export function parseDescriptions(reply: string): Description[] {
 
 /// A state that has not been renewed for this time is old: the panel sends 50 a second.
 export const OLD_AFTER_S = 0.5;
+/// After this time the page drives the robot no more. A browser that draws slowly is late by less.
+export const NO_DRIVE_AFTER_S = 2;
 
 /// The newest update of each robot, and the last arm that was seen.
 export class Newest {

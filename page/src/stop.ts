@@ -32,11 +32,13 @@ function isTimeout(error: unknown): boolean {
   return error instanceof Error && error.name === "TimeoutError";
 }
 
-async function requestStop(send: typeof fetch, token: string): Promise<StopLine[]> {
+/// Stops all robots, or the one that is named.
+async function requestStop(send: typeof fetch, token: string, robot?: string): Promise<StopLine[]> {
   const post = (): Promise<Response> => send("/api/stop", {
     method: "POST",
     headers: authorization(token),
     cache: "no-store",
+    ...(robot === undefined ? {} : { body: JSON.stringify({ robot }) }),
     keepalive: true,
     signal: AbortSignal.timeout(TIMEOUT_MS),
   });
@@ -60,9 +62,9 @@ export class Stops {
     private readonly send: typeof fetch = (input, init) => fetch(input, init),
   ) {}
 
-  async press(): Promise<void> {
+  async press(robot?: string): Promise<void> {
     const number = ++this.sent;
-    const result = requestStop(this.send, this.token());
+    const result = requestStop(this.send, this.token(), robot);
     this.show(null);
     const ended = await result;
     if (number < this.shown) return;

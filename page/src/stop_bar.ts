@@ -12,20 +12,13 @@ const CLICK_MS = 1000;
 export class StopBar {
   private readonly result = el("div", { class: "result", role: "alert" });
   private readonly stops: Stops;
-  private pressed_ms = -Infinity;
   readonly root: HTMLElement;
 
   constructor(token: () => string) {
     this.stops = new Stops(token, (result) => this.show(result));
-    const stop = el("button", { type: "button", class: "stop", "aria-label": T.stopLabel }, T.stop);
-    stop.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0) return;
-      this.pressed_ms = event.timeStamp;
-      this.press();
-    });
-    stop.addEventListener("click", (event) => {
-      if (event.timeStamp - this.pressed_ms > CLICK_MS) this.press();
-    });
+    const stop = stopButton(T.stop, () => this.press());
+    stop.className = "stop";
+    stop.setAttribute("aria-label", T.stopLabel);
     this.root = el("section", { class: "stop-bar", "aria-label": T.stop }, stop,
                    el("div", {}, this.result, el("p", { class: "hint" }, T.stopHint)));
     window.addEventListener("keydown", (event) => {
@@ -37,8 +30,9 @@ export class StopBar {
     }, true);
   }
 
-  private press(): void {
-    void this.stops.press();
+  /// Stops all robots, or the one that is named.
+  press(robot?: string): void {
+    void this.stops.press(robot);
   }
 
   private show(result: StopLine[] | null): void {
@@ -47,6 +41,20 @@ export class StopBar {
       el("p", { class: isAtRest ? "good" : "bad" }, T.at(time, text)));
     this.result.replaceChildren(...(lines ?? [el("p", {}, T.at(time, T.stopSent))]));
   }
+}
+
+export function stopButton(text: string, press: () => void): HTMLButtonElement {
+  const made = el("button", { type: "button" }, text);
+  let pressed_ms = -Infinity;
+  made.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    pressed_ms = event.timeStamp;
+    press();
+  });
+  made.addEventListener("click", (event) => {
+    if (event.timeStamp - pressed_ms > CLICK_MS) press();
+  });
+  return made;
 }
 
 function swallow(event: Event): void {

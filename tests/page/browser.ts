@@ -7,11 +7,13 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Readable, Writable } from "node:stream";
+import { setTimeout } from "node:timers/promises";
 
 type Data = Record<string, unknown>;
 type Handler = (params: Data) => void;
 
 const DEADLINE_MS = 20_000;
+const POLL_MS = 20;
 /// Virtual key code and text by key.
 const KEYS: Record<string, [number, string]> = {
   Escape: [27, ""], " ": [32, " "], Enter: [13, "\r"], Tab: [9, ""], ArrowLeft: [37, ""], a: [65, "a"],
@@ -98,7 +100,8 @@ export class Tab {
   constructor(private readonly browser: Browser, private readonly session: string) {}
 
   async begin(url: string, width: number, height: number, dark: boolean): Promise<void> {
-    this.browser.on(this.session, "Runtime.exceptionThrown", (data) => this.errors.push(JSON.stringify(data)));
+    this.browser.on(this.session, "Runtime.exceptionThrown",
+                    (data) => this.errors.push(JSON.stringify(data)));
     this.browser.on(this.session, "Log.entryAdded", ({ entry }) => {
       const { level, source, text } = entry as Record<string, string>;
       if (level === "error" && source !== "network") this.errors.push(String(text));
@@ -117,7 +120,8 @@ export class Tab {
   /// Runs a function in the page. It sees nothing of the test except its arguments.
   async run<A extends unknown[], R>(what: (...args: A) => R, ...args: A): Promise<Awaited<R>> {
     const expression = `(${what})(...${JSON.stringify(args)})`;
-    const reply = await this.send("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
+    const reply = await this.send("Runtime.evaluate",
+                                  { expression, awaitPromise: true, returnByValue: true });
     if (reply.exceptionDetails) throw new Error(JSON.stringify(reply.exceptionDetails));
     return (reply.result as Data).value as Awaited<R>;
   }
@@ -125,10 +129,10 @@ export class Tab {
   /// Waits until the function returns true in the page, at most until the deadline.
   async until<A extends unknown[]>(what: (...args: A) => boolean, ...args: A): Promise<void> {
     const end_ms = Date.now() + DEADLINE_MS;
-    const inFrame = (): Promise<void> => new Promise((resolve) => requestAnimationFrame(() => resolve()));
     while (!(await this.run(what, ...args))) {
-      if (Date.now() > end_ms) throw new Error(`not within ${DEADLINE_MS} ms: ${what} ${JSON.stringify(args)}`);
-      await this.run(inFrame);
+      if (Date.now() > end_ms)
+        throw new Error(`not within ${DEADLINE_MS} ms: ${what} ${JSON.stringify(args)}`);
+      await setTimeout(POLL_MS); // a tab in the background draws no frames to wait for
     }
   }
 
@@ -153,6 +157,7 @@ export class Tab {
       if (!element.contains(document.elementFromPoint(...point))) throw new Error(`${where} is covered`);
       return point;
     }, selector);
+    await this.send("Page.bringToFront"); // a tab in the background takes no input
     for (const type of ["mousePressed", "mouseReleased"])
       await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
   }
@@ -169,13 +174,15 @@ export class Tab {
 
   async key(key: string): Promise<void> {
     const [windowsVirtualKeyCode, text] = KEYS[key] ?? [0, ""];
+    await this.send("Page.bringToFront");
     const event = { key, code: key === " " ? "Space" : key, windowsVirtualKeyCode, text };
     await this.send("Input.dispatchKeyEvent", { type: "keyDown", ...event });
     await this.send("Input.dispatchKeyEvent", { type: "keyUp", ...event });
   }
 
   async savePicture(file: string, whole = true): Promise<void> {
-    const { data } = await this.send("Page.captureScreenshot", { format: "png", captureBeyondViewport: whole });
+    const { data } = await this.send("Page.captureScreenshot",
+                                     { format: "png", captureBeyondViewport: whole });
     writeFileSync(file, Buffer.from(String(data), "base64"));
   }
 

@@ -26,10 +26,13 @@ const OFFSETS_M = [0.07, 0.1, 0.15, 0.15];
 function urdf(): string {
   const names = [...JOINTS.map(({ name }) => name), "tip"];
   const links = ["world", ...names].map((name) => `<link name="${name}_link"/>`);
-  const joints = names.map((name, i) => `<joint name="${name}" type="${name === "tip" ? "fixed" : "revolute"}">
-    <parent link="${names[i - 1] ?? "world"}_link"/><child link="${name}_link"/>
-    <origin xyz="${i === 3 ? OFFSETS_M[i] : 0} 0 ${i === 3 ? 0 : OFFSETS_M[i]}"/>
-    <axis xyz="${i === 0 ? "0 0 1" : "0 1 0"}"/><limit lower="-2" upper="2" effort="1" velocity="2"/></joint>`);
+  const joints = names.map((name, i) => `
+    <joint name="${name}" type="${name === "tip" ? "fixed" : "revolute"}">
+      <parent link="${names[i - 1] ?? "world"}_link"/><child link="${name}_link"/>
+      <origin xyz="${i > 1 ? OFFSETS_M[i] : 0} 0 ${i > 1 ? 0 : OFFSETS_M[i]}"/>
+      <axis xyz="${i === 0 ? "0 0 1" : "0 1 0"}"/>
+      <limit lower="-2" upper="2" effort="1" velocity="2"/>
+    </joint>`);
   return `<robot name="arm">${links.join("")}${joints.join("")}</robot>`;
 }
 
@@ -181,7 +184,8 @@ export class FakePanel {
     const file = join(this.pages, path);
     if (!existsSync(file)) return void response.writeHead(404).end();
     const type = TYPES[path.split(".").at(-1) ?? ""] ?? "text/plain";
-    response.writeHead(200, { "Content-Type": type, "Content-Security-Policy": POLICY }).end(readFileSync(file));
+    response.writeHead(200, { "Content-Type": type, "Content-Security-Policy": POLICY });
+    response.end(readFileSync(file));
   }
 }
 
