@@ -2,14 +2,22 @@
 import assert from "node:assert/strict";
 
 import { T } from "../../page/src/texts.js";
+import type { Tab } from "./browser.js";
 import { DRIVE_TOKEN, WATCH_TOKEN } from "./fake_panel.js";
 import { pageTest } from "./fixture.js";
 
 const ALERT = ".drive [role=alert]";
 const OUTCOME = ".drive [role=status]";
 
+/// Waits for the controls and for a state: the page drives no robot without one.
+async function untilShown(tab: Tab): Promise<void> {
+  await tab.until(() => document.querySelector(".drive") !== null);
+  await tab.untilText(".robot dd", T.states.Standby ?? "");
+}
+
 pageTest("The buttons drive the robot that is shown", async (panel, browser) => {
   const tab = await browser.open(panel.address(DRIVE_TOKEN, "right"));
+  await untilShown(tab);
   const names = ["ready", "open", "close", "clear", "acquire", "release"];
   for (const [i, name] of [T.ready, T.openGripper, T.closeGripper, T.clear, T.acquire, T.release].entries()) {
     await tab.click(`.drive .buttons button:nth-child(${i + 1})`);
@@ -21,7 +29,7 @@ pageTest("The buttons drive the robot that is shown", async (panel, browser) => 
 
 pageTest("A typed point is sent in metres, by the keyboard alone", async (panel, browser) => {
   const tab = await browser.open(panel.address(DRIVE_TOKEN, "left"));
-  await tab.until(() => document.querySelector("#point-X") !== null);
+  await untilShown(tab);
   for (const [axis, value] of [["X", "0.2"], ["Y", "-0.05"], ["Z", "0.1"], ["time", "2.5"]])
     await tab.type(`#point-${axis}`, value ?? "");
   await tab.key("Enter");
@@ -32,7 +40,7 @@ pageTest("A typed point is sent in metres, by the keyboard alone", async (panel,
 
 pageTest("A point that is no point is not sent, and the page says why", async (panel, browser) => {
   const tab = await browser.open(panel.address(DRIVE_TOKEN, "left"));
-  await tab.until(() => document.querySelector("#point-X") !== null);
+  await untilShown(tab);
   await tab.type("#point-X", "0,2");
   await tab.key("Enter");
   await tab.untilText(ALERT, T.noNumber(T.axis("X"), "0,2"));
@@ -45,7 +53,7 @@ pageTest("A point that is no point is not sent, and the page says why", async (p
 pageTest("A refused target is shown with the reason, until a call succeeds", async (panel, browser) => {
   const tab = await browser.open(panel.address(DRIVE_TOKEN, "left"));
   panel.refusal = "the point is 0.9 m away, the arm reaches 0.4 m";
-  await tab.until(() => document.querySelector("#point-X") !== null);
+  await untilShown(tab);
   for (const axis of ["X", "Y", "Z"]) await tab.type(`#point-${axis}`, "0.5");
   await tab.key("Enter");
   await tab.untilText(ALERT, T.refused(T.moveTo, panel.refusal));
@@ -57,7 +65,7 @@ pageTest("A refused target is shown with the reason, until a call succeeds", asy
 
 pageTest("Speed, gripper and override are sent in percent", async (panel, browser) => {
   const tab = await browser.open(panel.address(DRIVE_TOKEN, "left"));
-  await tab.until(() => document.querySelector("#speed-percent") !== null);
+  await untilShown(tab);
   for (const [what, percent] of [["speed", 40], ["gripper", 70]] as const) {
     await tab.type(`#${what}-percent`, String(percent));
     await tab.key("Enter");
@@ -75,7 +83,7 @@ pageTest("Speed, gripper and override are sent in percent", async (panel, browse
 pageTest("Two browsers have different rights", async (panel, browser) => {
   const driver = await browser.open(panel.address(DRIVE_TOKEN, "left"));
   const watcher = await browser.open(panel.address(WATCH_TOKEN, "left"));
-  await driver.until(() => document.querySelector(".drive") !== null);
+  await untilShown(driver);
   await watcher.untilText(".robot .hint", T.watchOnly);
   assert.equal(await watcher.count(".robot .drive, .robot form, .robot input"), 0);
   await driver.click(".drive .buttons button");

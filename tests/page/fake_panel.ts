@@ -194,6 +194,7 @@ const isToken = (token: string | null): boolean => token === WATCH_TOKEN || toke
 /// A text frame of a WebSocket, not masked, as a server sends it.
 function frameOf(message: string): Buffer {
   const bytes = Buffer.from(message);
+  if (bytes.length < 126) return Buffer.concat([Buffer.from([0x81, bytes.length]), bytes]);
   const head = Buffer.from([0x81, 126, 0, 0]);
   head.writeUInt16BE(bytes.length, 2);
   return Buffer.concat([head, bytes]);

@@ -19,7 +19,6 @@ export function pageTest(name: string, body: (panel: FakePanel, browser: Browser
   const skip = chromium ? false : "Chromium is not installed";
   test(name, { skip, timeout: 60_000 }, async () => {
     const browser = shared ??= Browser.start(chromium);
-    browser.tabs.length = 0;
     const panel = new FakePanel(PAGES);
     await panel.start();
     try {
@@ -30,6 +29,7 @@ export function pageTest(name: string, body: (panel: FakePanel, browser: Browser
       for (const [i, tab] of browser.tabs.entries()) await tab.savePicture(`${file}-${i}.png`);
       throw error;
     } finally {
+      await browser.closeTabs();
       await panel.end();
     }
   });
