@@ -2,7 +2,7 @@
 // A call that drives one robot.
 
 import { parseJson } from "./state.js";
-import { authorization } from "./stop.js";
+import { authorization, isTimeout, TIMEOUT_MS } from "./stop.js";
 import { T } from "./texts.js";
 
 /// The body of POST /api/call, without the robot.
@@ -13,7 +13,8 @@ export interface Order {
   time_s?: number;
 }
 
-/// Returns "" if the call is done, otherwise the reason why it is not. An early refusal is plain text.
+/// Returns "" if the robot has accepted the call, otherwise the reason why it has not. The panel's own refusals
+/// are plain text.
 export function readCallReply(status: number, body: string): string {
   const reply = parseJson(body) as { done?: unknown; text?: unknown } | null | undefined;
   if (status === 200 && reply?.done === true) return "";
@@ -21,17 +22,18 @@ export function readCallReply(status: number, body: string): string {
   return status === 200 ? T.callUnclear : T.callRefused(status, body.trim());
 }
 
-/// A call has no time limit: the panel replies when it is done or refused.
+/// Makes a call, once. The reply does not wait for a motion.
 export async function call(token: string, robot: string, order: Order, send = fetch): Promise<string> {
   try {
     const reply = await send("/api/call", {
       method: "POST",
       headers: { ...authorization(token), "Content-Type": "application/json" },
       cache: "no-store",
+      signal: AbortSignal.timeout(TIMEOUT_MS),
       body: JSON.stringify({ robot, ...order }),
     });
     return readCallReply(reply.status, await reply.text());
   } catch (error) {
-    return T.callUndelivered(String(error));
+    return T.callUndelivered(isTimeout(error) ? T.stopSlow : String(error));
   }
 }

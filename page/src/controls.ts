@@ -6,7 +6,7 @@ import { button, el, section, setText, timeOfDay } from "./dom.js";
 import type { ArmState } from "./state.js";
 import { T } from "./texts.js";
 
-/// Sends a call. Returns "" when it is done, otherwise the reason why it is not.
+/// Sends a call. Returns "" when the robot has accepted it, otherwise the reason why it is not.
 export type Send = (order: Order) => Promise<string>;
 
 const POSITION_DECIMALS = 4;

@@ -10,8 +10,8 @@ export interface StopLine {
   text: string;
 }
 
-/// The server itself ends a Stop after 10 s.
-const TIMEOUT_MS = 15_000;
+/// The server itself ends a Stop or a call after 10 s.
+export const TIMEOUT_MS = 15_000;
 
 export function authorization(token: string): Record<string, string> {
   return { Authorization: `Bearer ${token}` };
@@ -28,7 +28,7 @@ export function readStopReply(status: number, body: string): StopLine[] {
     : { isAtRest: false, text: T.notStopped(String(robot), String(text ?? "")) }));
 }
 
-function isTimeout(error: unknown): boolean {
+export function isTimeout(error: unknown): boolean {
   return error instanceof Error && error.name === "TimeoutError";
 }
 

@@ -63,7 +63,7 @@ export const T = {
   pointIncomplete: "a coordinate is missing. Fill in X, Y and Z.",
   percentMissing: "the number is missing. Fill in the percentage.",
   callSent: (name: string): string => `${name}: sent…`,
-  done: (name: string): string => `${name}: done.`,
+  done: (name: string): string => `${name}: the robot accepted it.`,
   refused: (name: string, why: string): string => `${name} was not done: ${why}`,
   callRefused: (code: number, why: string): string => `the panel refused it (HTTP ${code}) ${why}`,
   callUndelivered: (why: string): string => `the panel may not have received it (${why}). Watch the arm.`,

@@ -6,6 +6,7 @@ import { after, test } from "node:test";
 
 import { Browser, findChromium } from "./browser.js";
 import { FakePanel } from "./fake_panel.js";
+import { Rig, whyNoRig } from "./rig.js";
 
 const PAGES = "build/page";
 const PICTURES = "build/page-test/failed";
@@ -14,14 +15,20 @@ let shared: Browser | null = null;
 
 after(() => shared?.close());
 
+interface Panel {
+  start(): Promise<void>;
+  end(): Promise<void>;
+}
+
 /// A test that fails leaves a picture of each of its tabs in build/page-test/failed.
-export function pageTest(name: string, body: (panel: FakePanel, browser: Browser) => Promise<void>): void {
-  const skip = chromium ? false : "Chromium is not installed";
-  test(name, { skip, timeout: 60_000 }, async () => {
+function browserTest<P extends Panel>(name: string, why_not: string, make: () => P,
+                                      body: (panel: P, browser: Browser) => Promise<void>): void {
+  const missing = chromium ? why_not : "Chromium is not installed";
+  test(name, { skip: missing || false, timeout: 60_000 }, async () => {
     const browser = shared ??= Browser.start(chromium);
-    const panel = new FakePanel(PAGES);
-    await panel.start();
+    const panel = make();
     try {
+      await panel.start();
       await body(panel, browser);
     } catch (error) {
       mkdirSync(PICTURES, { recursive: true });
@@ -33,4 +40,14 @@ export function pageTest(name: string, body: (panel: FakePanel, browser: Browser
       await panel.end();
     }
   });
+}
+
+/// A test with a stand-in for the panel.
+export function pageTest(name: string, body: (panel: FakePanel, browser: Browser) => Promise<void>): void {
+  browserTest(name, "", () => new FakePanel(PAGES), body);
+}
+
+/// A test with a real panel and a robot in simulation.
+export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Promise<void>): void {
+  browserTest(name, whyNoRig(), () => new Rig(), body);
 }
