@@ -10,8 +10,9 @@ import type { ArmState, Description, Joint } from "./state.js";
 const RADIANS = Math.PI / 180;
 const SOLID = new THREE.MeshStandardMaterial({ color: 0xe07b1f, roughness: 0.6 });
 const KNOB = new THREE.MeshStandardMaterial({ color: 0x4b5a6b, roughness: 0.6 });
+/// Only its far side is drawn: a rim remains where the measured arm is at its set-points.
 const GHOST = new THREE.MeshStandardMaterial(
-  { color: 0x2f8fff, transparent: true, opacity: 0.4, depthWrite: false });
+  { color: 0x2f8fff, transparent: true, opacity: 0.5, depthWrite: false, side: THREE.BackSide });
 const UP = new THREE.Vector3(0, 1, 0);
 
 /// One drawing of the arm.
@@ -26,7 +27,7 @@ class Figure {
 
   /// Adds rods and knobs of a size that fits the arm.
   dress(radius_m: number): void {
-    const thickness_m = this.ghost ? 1.25 * radius_m : radius_m;
+    const thickness_m = this.ghost ? 1.35 * radius_m : radius_m;
     const cylinder = new THREE.CylinderGeometry(thickness_m, thickness_m, 1, 20);
     const ball = new THREE.SphereGeometry(1.2 * thickness_m, 20, 14);
     for (const joint of Object.values(this.robot.joints)) {
@@ -86,13 +87,13 @@ export class Arm3d {
     this.measured.dress(0.028 * size_m);
     const light = new THREE.DirectionalLight(0xffffff, 2);
     light.position.set(1, 3, 2);
-    const floor = new THREE.GridHelper(2 * size_m, 20, 0x8a8f98, 0x8a8f98);
+    const floor = new THREE.GridHelper(1.6 * size_m, 16, 0x8a8f98, 0x8a8f98);
     floor.material.transparent = true;
     floor.material.opacity = 0.4;
     this.scene.add(world, light, new THREE.HemisphereLight(0xffffff, 0x888888, 1.6), floor);
-    this.camera.position.set(2 * size_m, 1.6 * size_m, 2 * size_m);
+    this.camera.position.set(1.6 * size_m, 1.3 * size_m, 1.6 * size_m);
     this.controls = new OrbitControls(this.camera, this.canvas);
-    this.controls.target.set(0, 0.15 * size_m, 0);
+    this.controls.target.set(0, 0.3 * size_m, 0);
     this.controls.addEventListener("change", () => this.ask());
     this.controls.update();
     this.canvas.style.touchAction = "pan-y"; // a finger can still scroll the page

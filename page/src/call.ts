@@ -13,8 +13,8 @@ export interface Order {
   time_s?: number;
 }
 
-/// Returns "" if the robot has accepted the call, otherwise the reason why it has not. The panel's own refusals
-/// are plain text.
+/// Returns "" if the robot has accepted the call, otherwise the reason why it has not. The panel's own
+/// refusals are plain text.
 export function readCallReply(status: number, body: string): string {
   const reply = parseJson(body) as { done?: unknown; text?: unknown } | null | undefined;
   if (status === 200 && reply?.done === true) return "";

@@ -28,7 +28,7 @@ export function absentControls(): HTMLElement {
 export class Controls {
   readonly root: HTMLElement;
   private readonly refusal = el("p", { class: "bad", role: "alert" });
-  private readonly outcome = el("p", { class: "good", role: "status" });
+  private readonly outcome = el("p", { class: "hint", role: "status" }, T.noOutcome);
   private readonly slider =
     el("input", { type: "range", min: "1", max: "100", step: "1", id: "override" });
   private readonly sliderValue = el("output", { for: "override", class: "number" });
@@ -70,6 +70,7 @@ export class Controls {
     const at = (text: string): string => (text ? T.at(timeOfDay(), text) : "");
     this.refusal.textContent = at(refusal); // also if it is the same: it is then read out again
     this.outcome.textContent = at(outcome);
+    this.outcome.className = "good";
     if (refusal) this.refusal.scrollIntoView({ block: "nearest" });
   }
 
@@ -80,15 +81,16 @@ export class Controls {
       const value = this.arm?.position_m[i];
       if (value !== undefined && Number.isFinite(value)) input.value = value.toFixed(POSITION_DECIMALS);
     }));
-    return this.form(T.moveTo, [...fields, time], T.move, (values) => {
+    const form = this.form(T.moveTo, [...fields, time], T.move, (values) => {
       const time_s = values.pop() ?? null;
       if (values.includes(null)) return T.pointIncomplete;
       return { do: "move", to_m: values as number[], ...(time_s === null ? {} : { time_s }) };
     }, fill);
+    return el("div", {}, el("h4", {}, T.moveTo), form);
   }
 
   private percentForm(name: string, what: string): HTMLElement {
-    const field = numberField(`${what}-percent`, T.percent);
+    const field = numberField(`${what}-percent`, T.percent(name));
     return this.form(name, [field], T.set, ([percent]) =>
       (typeof percent === "number" ? { do: what, percent } : T.percentMissing));
   }
@@ -108,7 +110,7 @@ export class Controls {
       if (typeof order === "string") this.show(T.refused(name, order), "");
       else void this.call(name, order);
     });
-    return el("div", {}, el("h4", {}, name), form);
+    return form;
   }
 
   /// The slider sends its value when it is let go, and follows the robot's otherwise.

@@ -140,7 +140,7 @@ class Page {
         if (arm) this.view.root.take(arm);
         this.content.replaceChildren(this.view.root.root);
       }
-      if (description) {
+      if (description && this.descriptions.length > 1) {
         const stop = stopButton(T.stopOnly(wanted), () => this.stopBar.press(wanted));
         stop.className = "stop-one";
         this.stopOne.replaceChildren(stop);

@@ -45,6 +45,7 @@ export const T = {
 
   drive: "Drive",
   watchOnly: "This token allows to watch and to stop. Driving needs the panel's token for driving.",
+  noOutcome: "The robot's answer appears here.",
   ready: "Ready",
   openGripper: "Open gripper",
   closeGripper: "Close gripper",
@@ -57,7 +58,7 @@ export const T = {
   move: "Move",
   fillPoint: "Fill in the present point",
   set: "Set",
-  percent: "Percent",
+  percent: (name: string): string => `${name} (%)`,
   noNumber: (label: string, typed: string): string =>
     `"${typed}" in the field ${label} is not a number. Write one like 0.25, with a point.`,
   pointIncomplete: "a coordinate is missing. Fill in X, Y and Z.",

@@ -19,10 +19,10 @@ const KEYS: Record<string, [number, string]> = {
   Escape: [27, ""], " ": [32, " "], Enter: [13, "\r"], Tab: [9, ""], ArrowLeft: [37, ""], a: [65, "a"],
 };
 
-/// Returns the path of a Chromium, or "" if there is none. CORBOT_CHROMIUM names another one.
+/// Returns the program of Chromium, or "" if there is none. CORBOT_CHROMIUM names another one.
 export function findChromium(): string {
-  const names = process.env.CORBOT_CHROMIUM ? [process.env.CORBOT_CHROMIUM] : ["chromium", "google-chrome"];
-  return names.find((name) => spawnSync(name, ["--version"]).status === 0) ?? "";
+  const program = process.env.CORBOT_CHROMIUM ?? "chromium";
+  return spawnSync(program, ["--version"]).status === 0 ? program : "";
 }
 
 export class Browser {
