@@ -141,6 +141,9 @@ Failure explain(const Corbot::Unreachable& e) {
 
 Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
   std::string what = printable(e.quantity.in());
+  if (what.starts_with(kWorkspaceWord))
+    return {ExitCode::kRefused, fmt::format("refused: {}; this command moved nothing",
+                                            what.substr(std::string_view(kWorkspaceWord).size()))};
   const std::string unit = unit_of(what, joint) + lowered_speed(e, joint);
   if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
   return {ExitCode::kRefused,

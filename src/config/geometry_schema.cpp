@@ -45,7 +45,7 @@ void read_lengths(Section& section, GeometryInput& input) {
   lengths.l1_m = read_part(section, "l1_m", kLength, input.is_complete);
   lengths.l2_m = read_part(section, "l2_m", kLength, input.is_complete);
   lengths.l3_m = read_part(section, "l3_m", kLength, input.is_complete);
-  if (const auto offset = section.numbers("offset_deg", lengths.offset_rad.size(), kHalfTurn)) {
+  if (const auto offset = section.numbers("offset_deg", lengths.offset_rad.size(), kHalfTurn_deg)) {
     for (std::size_t i = 0; i < offset->size(); ++i) lengths.offset_rad[i] = (*offset)[i] * kRadiansPerDegree;
   } else {
     input.is_complete = false;

@@ -154,7 +154,7 @@ void read_joint(Section& section, std::size_t index, Profile& profile, GeometryI
   const JointKeys& keys = keys_of(kind);
   const double si = keys.si_per_unit;
   const bool is_paper_arm = geometry.form == config::GeometryForm::kLengths;
-  const auto range = section.range(keys.range, is_paper_arm ? kHalfTurn : keys.value);
+  const auto range = section.range(keys.range, is_paper_arm ? kHalfTurn_deg : keys.value);
   if (range) {
     limits.lower_q = (*range)[0] * si;
     limits.upper_q = (*range)[1] * si;

@@ -4,6 +4,7 @@
 #include "config/geometry_schema.h"
 #include "config/joint_schema.h"
 #include "config/output_schema.h"
+#include "config/workspace_schema.h"
 
 #include <algorithm>
 #include <cmath>
@@ -123,6 +124,7 @@ void read_schema(const toml::table& table, Profile& profile, FaultList& faults) 
   recognise_geometry(robot, geometry, input, profile.joint_names.size(), profile);
   read_gripper(root.table("gripper"), profile, needs_servos, channels);
   read_path(root.table("path"), profile.arm.path);
+  read_workspace(root.table_or_empty("workspace"), profile.arm);
   read_loop(root.table_or_empty("loop"), profile);
   read_servant(root.table_or_empty("servant"), profile);
   read_supervisor(root.table_or_empty("supervisor"), profile.supervisor);

@@ -22,7 +22,7 @@ struct Bounds {
   std::string_view unit{};
 };
 
-inline constexpr Bounds kHalfTurn{-180, 180, false, "degrees"};
+inline constexpr Bounds kHalfTurn_deg{-180, 180, false, "degrees"};
 /// A limit of a motion: positive, and small enough that no product of limits overflows.
 constexpr Bounds limit(std::string_view unit) { return {0, 1e6, true, unit}; }
 /// Longest path of a Unix socket, bytes.

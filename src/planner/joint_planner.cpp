@@ -14,6 +14,7 @@
 #include "planner/plan/refusal.h"
 #include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
+#include "planner/workspace_proof.h"
 
 namespace corbot {
 namespace {
@@ -45,6 +46,7 @@ PlanResult joint_command(const ArmModel& model, const Joints& speed_q_s, const P
     command.end_q[i] = start.position_q[i] + law.distance;
   }
   command.duration_s = duration_s;
+  if (auto refusal = check_workspace(model, start.position_q, command.joint, duration_s)) return *refusal;
   return std::vector<Command>{command};
 }
 

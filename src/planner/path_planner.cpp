@@ -13,6 +13,7 @@
 #include "planner/rate/ranges.h"
 #include "planner/rate/rate_planner.h"
 #include "planner/tool_goal.h"
+#include "planner/workspace_proof.h"
 
 namespace corbot {
 namespace {
@@ -97,6 +98,7 @@ PathPlan PathPlanner::plan_on_solution(const PlanStart& start, Motion motion, do
     command.dwell.duration_s = command.duration_s;
     return command;
   }
+  if (auto refusal = check_workspace(model_, plan.knots)) return *refusal;
   std::copy_n(plan.knots.back().z.begin(), kMaxJoints, command.end_q.begin());
   motion.knots = {0, static_cast<std::uint16_t>(plan.knots.size()),
                   static_cast<std::uint16_t>(plan.law.pieces().size())};

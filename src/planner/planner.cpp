@@ -16,6 +16,7 @@
 #include "planner/plan/refusal.h"
 #include "planner/time_law_planner.h"
 #include "planner/tool_goal.h"
+#include "planner/workspace_proof.h"
 
 namespace corbot {
 namespace {
@@ -171,7 +172,8 @@ struct Planning {
     const auto tcp_m = model.kinematics.forward(start.position_q).position_m;
     if (std::hypot(tcp_m[0] - p1_m[0], tcp_m[1] - p1_m[1], tcp_m[2] - p1_m[2]) <= kAtP1_m) {
       const PathPlan plan = planner.arc(start, arc);
-      if (std::holds_alternative<Command>(plan)) return sequence({plan});
+      const auto* refusal = std::get_if<PlanRefusal>(&plan);
+      if (refusal == nullptr || leaves_workspace(*refusal)) return sequence({plan});
       // Next to a singularity a nanometre is too far for the joints: plan a line to P1, as for any distance.
     }
     const PathPlan approach = planner.line(start, p1_m, 0.0);

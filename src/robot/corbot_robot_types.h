@@ -36,7 +36,7 @@ typedef enum corbot_status {
 /* Strings are ASCII and terminated, never NULL. */
 typedef struct corbot_error {
   corbot_status status;
-  char parameter[48];
+  char parameter[256];
   int32_t joint;
   double value;
   double lower;

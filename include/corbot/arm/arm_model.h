@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "corbot/arm/workspace_limits.h"
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/joints.h"
 
@@ -61,6 +62,7 @@ struct ArmModel {
   std::array<ServoMap, kMaxJoints> servos{};
   GripperModel gripper{};
   std::int64_t period_ns{1'000'000};  ///< period of the real-time loop
+  WorkspaceLimits workspace{};
 };
 static_assert(std::is_trivially_copyable_v<ArmModel>);
 

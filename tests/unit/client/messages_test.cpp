@@ -106,6 +106,13 @@ TEST(Message, LimitNamesJointAndBothBounds) {
   EXPECT_THAT(failure_of(Corbot::LimitExceeded("speed", -1, 2, 0, 1)).what(), Not(HasSubstr("joint")));
 }
 
+TEST(Message, ABreachOfTheWorkspaceIsASentence) {
+  EXPECT_STREQ(failure_of(Corbot::LimitExceeded("workspace: the wrist would be 12 mm below 'floor'", -1,
+                                                -0.012, 0, 1000))
+                   .what(),
+               "refused: the wrist would be 12 mm below 'floor'; this command moved nothing");
+}
+
 TEST(Message, ALimitHasTheUnitOfItsJointWhereThatIsKnown) {
   const auto text = [](const char* quantity, std::optional<Corbot::JointKind> kind) {
     std::optional<Corbot::JointInfo> joint;

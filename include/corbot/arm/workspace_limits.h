@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "corbot/kinematics/pose.h"
+
+// Where parts of an arm may be: floors, planes, boxes. Plain data. Real-time safe.
+
+namespace corbot {
+
+/// The points at or above a plane: dot(normal, p) >= offset_m.
+struct HalfSpace {
+  Vector3 normal{0.0, 0.0, 1.0};  ///< unit vector into the allowed side
+  double offset_m{};
+};
+
+[[nodiscard]] constexpr double clearance_m(const HalfSpace& face, const Vector3& point_m) noexcept {
+  return dot(face.normal, point_m) - face.offset_m;
+}
+
+enum class ShapeKind : std::uint32_t {
+  kPlane,   ///< one face
+  kInside,  ///< a box to stay within: a point is on the allowed side of all faces
+  kOutside  ///< a box to stay out of: a point is on the allowed side of one face at least
+};
+
+/// A plane or a box that some parts of the arm keep to, in the frame of given positions.
+struct WorkspaceShape {
+  static constexpr std::size_t kMostFaces = 6;
+  static constexpr std::size_t kLongestName = 32;
+  ShapeKind kind{ShapeKind::kPlane};
+  std::uint32_t parts{};  ///< the bits of the parts it holds for, kinematics/arm_parts.h
+  std::uint32_t face_count{};
+  std::array<HalfSpace, kMostFaces> faces{};
+  std::array<char, kLongestName + 1> name{};
+};
+
+/// Returns the clearance of a point: the least of all faces, or the greatest for a box to stay out of.
+/// Beyond the shape it is negative, and minus the depth.
+[[nodiscard]] inline double clearance_m(const WorkspaceShape& shape, const Vector3& point_m) noexcept {
+  const bool any = shape.kind == ShapeKind::kOutside;
+  double found_m = (any ? -1.0 : 1.0) * std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < shape.face_count; ++i) {
+    const double face_m = clearance_m(shape.faces[i], point_m);
+    found_m = any ? std::max(found_m, face_m) : std::min(found_m, face_m);
+  }
+  return found_m;
+}
+
+/// All shapes of an arm; none: the arm may be anywhere.
+struct WorkspaceLimits {
+  static constexpr std::size_t kMostShapes = 16;
+  std::uint32_t count{};
+  std::array<WorkspaceShape, kMostShapes> shapes{};
+};
+static_assert(std::is_trivially_copyable_v<WorkspaceLimits>);
+
+/// Returns a plane whose allowed side is the one into which the unit vector points.
+[[nodiscard]] inline WorkspaceShape plane_shape(const HalfSpace& face, std::uint32_t parts) noexcept {
+  WorkspaceShape shape{ShapeKind::kPlane, parts, 1};
+  shape.faces[0] = face;
+  return shape;
+}
+
+/// Returns a box with edges along the axes. `from_m` has the lesser coordinates.
+[[nodiscard]] inline WorkspaceShape box_shape(ShapeKind kind, const Vector3& from_m, const Vector3& to_m,
+                                              std::uint32_t parts) noexcept {
+  WorkspaceShape shape{kind, parts, WorkspaceShape::kMostFaces};
+  const double outwards = kind == ShapeKind::kOutside ? 1.0 : -1.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vector3 axis{};
+    axis[i] = outwards;
+    shape.faces[2 * i] = {axis, outwards * to_m[i]};
+    shape.faces[2 * i + 1] = {-1.0 * axis, -outwards * from_m[i]};
+  }
+  return shape;
+}
+
+}  // namespace corbot
