@@ -49,6 +49,9 @@ def test_a_limit_has_its_unit(arm: corbot.Arm) -> None:
     ):
         arm.drive("base", 5, speed=5000)
     assert "to 5 m. Nothing" in str(corbot.LimitExceeded("joint range", 1, 9.0, 0.0, 5.0, "m"))
+    assert str(corbot.LimitExceeded("workspace: the tool would be 9 mm low", -1, -0.009, 0.0, 1000.0)) == (
+        "The tool would be 9 mm low. Nothing moved."
+    )
     assert "to 3600 s. Nothing" in str(corbot.LimitExceeded("duration", -1, 4000.0, 0.0, 3600.0))
 
 

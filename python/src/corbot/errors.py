@@ -60,13 +60,19 @@ class LimitExceeded(CorbotError):
 
     `joint` counts from 0, and is -1 if the limit is of no joint. `value`, `lower` and `upper` are in degrees
     (metres for a sliding joint), or in these a second; for a duration, in seconds. `unit` names the unit, and
-    is empty if it is not known.
+    is empty if it is not known. If the motion leaves the workspace, `quantity` is "workspace: " and a text,
+    and the numbers are clearances in metres.
     """
 
     def __init__(
         self, quantity: str, joint: int, value: float, lower: float, upper: float, unit: str = ""
     ) -> None:
         self.quantity, self.joint, self.value, self.lower, self.upper = quantity, joint, value, lower, upper
+        if quantity.startswith("workspace: "):
+            self.unit = "m"
+            reason = _sentence(quantity.removeprefix("workspace: "))
+            super().__init__(f"{reason} {_NOTHING_MOVED}")
+            return
         self.unit = unit or ("s" if quantity == "duration" else "")
         of = f" of joint {joint}" if joint >= 0 else ""
         limits = f"{lower:g} to {upper:g} {self.unit}".rstrip()

@@ -168,5 +168,18 @@ TEST(RefusalUnits, OfWhatCannotBeReached) {
       arm);
 }
 
+TEST(RefusalUnits, OfTheWorkspaceHaveTheirWholeTextInTheQuantity) {
+  ArmModel arm = arm_of("lynx5");
+  WorkspaceShape& floor = arm.workspace.shapes[arm.workspace.count++];
+  floor = plane_shape({{0.0, 0.0, 1.0}, 0.5}, 1);
+  std::string(WorkspaceShape::kLongestName, 'f').copy(floor.name.data(), WorkspaceShape::kLongestName);
+  const PlanRefusal refusal = refusal_of(arm, DriveRequest{1, -0.5, 0.5});
+  const corbot_error reply = refused(refusal, arm.kinematics).error;
+  EXPECT_EQ(reply.status, CORBOT_LIMIT_EXCEEDED);
+  EXPECT_STREQ(reply.parameter, ("workspace: " + refusal.text).c_str());
+  EXPECT_THAT(refusal.text, HasSubstr("may only move back"));
+  EXPECT_LT(reply.value, reply.lower);
+}
+
 }  // namespace
 }  // namespace corbot::refusal_units_test
