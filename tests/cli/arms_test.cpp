@@ -79,6 +79,21 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
 }
 
+TEST_F(Arms, OnATableDoNotGoThroughIt) {
+  std::ifstream stream(shipped("lynx5"));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  up({}, put("arm.toml", text + "\n[workspace]\nfloor_m = 0.0\n"));
+  ASSERT_EQ(corbot({"pitch", "-80"}).code, 0);
+  for (const char* command : {"move", "moves"}) {
+    const RunResult refused = corbot({command, "0.2", "0", "-0.06"});
+    EXPECT_EQ(refused.code, 1) << command;
+    EXPECT_THAT(refused.errors,
+                HasSubstr("refused: the tool would be 60 mm below 'floor' at 100 % of the path"));
+    EXPECT_THAT(refused.errors, HasSubstr("; this command moved nothing"));
+  }
+  EXPECT_EQ(corbot({"move", "0.2", "0", "0.01"}).code, 0);
+}
+
 /// Without a closed form: to points, along lines and arcs, its tool turned as it was; what cannot be is
 /// refused.
 TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {

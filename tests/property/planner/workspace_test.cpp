@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random motions of arms of all kinds among random floors, planes and boxes. A planned motion keeps to them at
-// every instant of a dense reference, and a refused one would not.
+// Random motions of arms of all kinds among random floors, planes and boxes. A planned motion keeps to them
+// in a dense reference, and a refused one would not.
 #include <gtest/gtest.h>
 
 #include <algorithm>
