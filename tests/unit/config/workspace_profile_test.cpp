@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -86,6 +88,14 @@ TEST(WorkspaceProfile, RefusesANameTwiceAndAShapeTooMany) {
   for (int i = 0; i < 16; ++i)
     many += "[[workspace.plane]]\nname = \"p" + std::to_string(i) + "\"\nnormal = [0, 0, 1]\noffset_m = 0\n";
   expect_fault(many, "at most 16");
+}
+
+TEST(WorkspaceProfile, OfTheDocumentIsRead) {
+  std::ifstream stream{CORBOT_PROFILES "/../docs/profiles.md"};
+  const std::string text{std::istreambuf_iterator<char>{stream}, {}};
+  const auto from = text.find("[workspace]\nfloor_m");
+  ASSERT_NE(from, std::string::npos);
+  EXPECT_EQ(with(text.substr(from, text.find("```", from) - from)).arm.workspace.count, 3u);
 }
 
 TEST(WorkspaceProfile, RefusesAPartThatTheArmDoesNotHave) {
