@@ -7,7 +7,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Readable, Writable } from "node:stream";
-import { setTimeout } from "node:timers/promises";
+import { setTimeout as pause } from "node:timers/promises";
 
 type Data = Record<string, unknown>;
 type Handler = (params: Data) => void;
@@ -40,10 +40,12 @@ export class Browser {
     });
   }
 
-  static start(program: string): Browser {
+  /// Without drawing there is no WebGL, which is slow where the processor has to do it.
+  static start(program: string, drawing: boolean): Browser {
     const profile = mkdtempSync(join(tmpdir(), "corbot-page-"));
     const options = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--remote-debugging-pipe",
-      "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-background-networking",
+      ...(drawing ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"]),
+      "--disable-background-networking",
       "--disable-renderer-backgrounding", "--disable-backgrounding-occluded-windows", "--no-first-run",
       "--hide-scrollbars", `--user-data-dir=${profile}`];
     const stdio = ["ignore", "ignore", "ignore", "pipe", "pipe"] as const;
@@ -60,7 +62,9 @@ export class Browser {
   /// Opens a tab with a storage of its own, like another browser.
   async open(url: string, { width = 1200, height = 900, dark = false } = {}): Promise<Tab> {
     const { browserContextId } = await this.send("Target.createBrowserContext");
-    const { targetId } = await this.send("Target.createTarget", { url: "about:blank", browserContextId });
+    // A window of its own: a tab in the background draws nothing, and input to it may hang.
+    const { targetId } = await this.send("Target.createTarget",
+                                         { url: "about:blank", browserContextId, newWindow: true });
     const { sessionId } = await this.send("Target.attachToTarget", { targetId, flatten: true });
     const tab = new Tab(this, String(sessionId), String(browserContextId));
     this.tabs.push(tab);
@@ -78,7 +82,14 @@ export class Browser {
     const id = ++this.sent;
     const message = JSON.stringify({ id, method, params, ...(sessionId ? { sessionId } : {}) });
     (this.process.stdio[3] as Writable).write(`${message}\0`);
-    return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+    return new Promise((resolve, reject) => {
+      const timer = setTimeout(() => reject(new Error(`${method}: no reply`)), DEADLINE_MS);
+      const ended = (): void => clearTimeout(timer);
+      this.waiting.set(id, {
+        resolve: (data) => (ended(), resolve(data)),
+        reject: (error) => (ended(), reject(error)),
+      });
+    });
   }
 
   on(sessionId: string, method: string, handler: Handler): void {
@@ -139,7 +150,7 @@ export class Tab {
     while (!(await this.run(what, ...args))) {
       if (Date.now() > end_ms)
         throw new Error(`not within ${DEADLINE_MS} ms: ${what} ${JSON.stringify(args)}`);
-      await setTimeout(POLL_MS); // a tab in the background draws no frames to wait for
+      await pause(POLL_MS);
     }
   }
 

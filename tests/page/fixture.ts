@@ -21,11 +21,11 @@ interface Panel {
 }
 
 /// A test that fails leaves a picture of each of its tabs in build/page-test/failed.
-function browserTest<P extends Panel>(name: string, why_not: string, make: () => P,
+function browserTest<P extends Panel>(name: string, why_not: string, drawing: boolean, make: () => P,
                                       body: (panel: P, browser: Browser) => Promise<void>): void {
   const missing = chromium ? why_not : "Chromium is not installed";
-  test(name, { skip: missing || false, timeout: 60_000 }, async () => {
-    const browser = shared ??= Browser.start(chromium);
+  test(name, { skip: missing || false, timeout: 120_000 }, async () => {
+    const browser = shared ??= Browser.start(chromium, drawing);
     const panel = make();
     try {
       await panel.start();
@@ -33,7 +33,8 @@ function browserTest<P extends Panel>(name: string, why_not: string, make: () =>
     } catch (error) {
       mkdirSync(PICTURES, { recursive: true });
       const file = `${PICTURES}/${name.toLowerCase().replace(/[^a-z0-9]+/g, "-")}`;
-      for (const [i, tab] of browser.tabs.entries()) await tab.savePicture(`${file}-${i}.png`);
+      for (const [i, tab] of browser.tabs.entries())
+        await tab.savePicture(`${file}-${i}.png`).catch((why: unknown) => console.error(String(why)));
       throw error;
     } finally {
       await browser.closeTabs();
@@ -42,12 +43,12 @@ function browserTest<P extends Panel>(name: string, why_not: string, make: () =>
   });
 }
 
-/// A test with a stand-in for the panel.
+/// A test with a stand-in for the panel, and without the drawing of the arm.
 export function pageTest(name: string, body: (panel: FakePanel, browser: Browser) => Promise<void>): void {
-  browserTest(name, "", () => new FakePanel(PAGES), body);
+  browserTest(name, "", false, () => new FakePanel(PAGES), body);
 }
 
-/// A test with a real panel and a robot in simulation.
+/// A test with a real panel and a robot in simulation, and with the drawing of the arm.
 export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Promise<void>): void {
-  browserTest(name, whyNoRig(), () => new Rig(), body);
+  browserTest(name, whyNoRig(), true, () => new Rig(), body);
 }

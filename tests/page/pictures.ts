@@ -43,7 +43,7 @@ async function draw(rig: Rig, browser: Browser, file: string, size: Size): Promi
 const chromium = findChromium();
 const missing = chromium ? whyNoRig() : "Chromium is not installed";
 if (missing) throw new Error(`no pictures: ${missing}`);
-const browser = Browser.start(chromium);
+const browser = Browser.start(chromium, true);
 const rig = new Rig();
 try {
   await rig.start();
