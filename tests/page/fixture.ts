@@ -11,9 +11,9 @@ import { Rig, whyNoRig } from "./rig.js";
 const PAGES = "build/page";
 const PICTURES = "build/page-test/failed";
 const chromium = findChromium();
-let shared: Browser | null = null;
+const browsers = new Map<boolean, Browser>(); // by whether they draw
 
-after(() => shared?.close());
+after(() => Promise.all([...browsers.values()].map((browser) => browser.close())));
 
 interface Panel {
   start(): Promise<void>;
@@ -25,7 +25,8 @@ function browserTest<P extends Panel>(name: string, why_not: string, drawing: bo
                                       body: (panel: P, browser: Browser) => Promise<void>): void {
   const missing = chromium ? why_not : "Chromium is not installed";
   test(name, { skip: missing || false, timeout: 120_000 }, async () => {
-    const browser = shared ??= Browser.start(chromium, drawing);
+    const browser = browsers.get(drawing) ?? Browser.start(chromium, drawing);
+    browsers.set(drawing, browser);
     const panel = make();
     try {
       await panel.start();
@@ -48,7 +49,8 @@ export function pageTest(name: string, body: (panel: FakePanel, browser: Browser
   browserTest(name, "", false, () => new FakePanel(PAGES), body);
 }
 
-/// A test with a real panel and a robot in simulation, and with the drawing of the arm.
-export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Promise<void>): void {
-  browserTest(name, whyNoRig(), true, () => new Rig(), body);
+/// A test with a real panel and a robot in simulation.
+export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Promise<void>,
+                        drawing = false): void {
+  browserTest(name, whyNoRig(), drawing, () => new Rig(), body);
 }

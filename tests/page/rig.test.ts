@@ -80,3 +80,10 @@ rigTest("A servant that restarts and a panel that is killed are shown", async (r
   await tab.untilText(".link.bad", T.panelLost);
   await tab.until(() => document.querySelector(".old .robot") !== null);
 });
+
+rigTest("The arm is drawn from the robot's URDF", async (rig, browser) => {
+  const tab = await browser.open(rig.watch);
+  await tab.untilText(".robot dd", STANDBY);
+  assert.equal(await tab.count(".view canvas"), 1);
+  assert.deepEqual(tab.errors, []);
+}, true);
