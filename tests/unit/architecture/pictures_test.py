@@ -28,6 +28,7 @@ class Pictures(unittest.TestCase):
         for name in ("docs/pictures", "profiles", "python/src", "sim/scene", "src/cell", "src/cli",
                      "src/planner"):
             shutil.copytree(TOP / name, self.root / name)
+        shutil.copytree(TOP / "page", self.root / "page", ignore=shutil.ignore_patterns("node_modules"))
 
     def expect_fault(self, text):
         code, output = check(self.root)

@@ -152,9 +152,10 @@ TEST(Message, NotReadyStoppedAndQueueFull) {
   const Failure full = failure_of(Corbot::QueueFull(16));
   EXPECT_EQ(full.code(), ExitCode::kRefused);
   EXPECT_THAT(full.what(), HasSubstr("16 motions"));
-  EXPECT_THAT(failure_of(Corbot::QueueFull(4)).what(),
-              AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"),
-                    HasSubstr("or 4 motions are queued and the profile's [servant] queue allows no more")));
+  EXPECT_THAT(
+      failure_of(Corbot::QueueFull(4)).what(),
+      AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"),
+            HasSubstr("or 4 motions are queued, which is the limit of the profile's [servant] queue")));
 }
 
 TEST(Message, NoServantSaysWhereAndHowToStart) {
