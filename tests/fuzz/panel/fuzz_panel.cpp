@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Browsers that send a panel any bytes. The first byte chooses the kind of connection: 0 sends the rest as it
-// is, 1 sends the rest after the handshake of a WebSocket, and 2 sends the rest as one text of a WebSocket.
-// The fuzzer aborts if the panel does not close a connection of which it has read the end.
+// Browsers that send a panel any bytes. The first byte chooses the kind of connection. Kind 0 sends the rest
+// as it is. Kind 1 sends the rest after the handshake of a WebSocket. Kind 2 sends the rest as one text of a
+// WebSocket. The fuzzer aborts if the panel does not close a connection of which it has read the end.
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
