@@ -59,17 +59,6 @@ TEST(Clients, ThePageShowsTheExamplesAsTheyAre) {
   }
 }
 
-using Floor = RobotRig;
-
-/// Both pages say so as long as an arm goes below the table that it stands on.
-TEST_F(Floor, IsNotKnownToTheArmAndTwoPagesSaySo) {
-  arm_->SetToolPitch(-80.0);
-  arm_->Move(0.20, 0.0, -0.06, 0.0, 0.0);
-  EXPECT_NEAR(arm_->CartCoord().z, -0.06, 1e-6);
-  for (const char* page : {"README.md", "docs/safety.md"})
-    EXPECT_NE(read_source(page).find("**Nothing keeps the arm off the table"), std::string::npos) << page;
-}
-
 class FirstMove : public RobotRig {
  protected:
   void SetUp() override {
