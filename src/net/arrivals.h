@@ -32,9 +32,9 @@ void corbot_arrivals_end(void);
 
 /* Returns the number of the request whose last bytes this thread has read. */
 uint64_t corbot_arrival(void);
-/* Returns the number of that request of GIOP 1.2 on that connection, whichever thread has read its last
- * bytes: fragmented requests may be interleaved. 0: not known; the request is of an earlier GIOP version, or
- * too old. */
+/* Returns the number of that request of GIOP 1.2 on that connection. Any thread may have read its last bytes,
+ * because fragmented requests may be interleaved. Returns 0 for a request that is too old, or of an earlier
+ * version of GIOP. */
 uint64_t corbot_arrival_of(int fd, uint32_t request);
 
 /* Note that a connection is accepted or closed. connections.c calls them, one at a time. */

@@ -38,6 +38,8 @@ class Words(unittest.TestCase):
         for word in ("Of", "What", "Who", "Whoever", "Likewise", "Nobody"):
             for name, text in (("a.cpp", f"// {word} is here.\n"), ("a.h", f"int a;  ///< {word} is here\n"),
                                ("a.py", f"# A noun is first. {word} is not.\n"),
+                               ("b.py", f'"""{word} is here."""\n'),
+                               ("a.java", f"/** {word} is here.\n * Here is more. */\n"),
                                ("a.md", f"- {word} is here.\n")):
                 self.assertIn(f"1: a sentence begins with '{word}'", "\n".join(self.found_in(name, text)),
                               name)

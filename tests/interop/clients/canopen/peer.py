@@ -62,7 +62,7 @@ def network_on(name):
 
 
 def dictionary(node):
-    """Of a drive after CiA 402, as far as it is needed here."""
+    """Returns the objects of a drive after CiA 402 that the test needs."""
     od = canopen.ObjectDictionary()
     od.node_id = node
 

@@ -162,7 +162,7 @@ static char* invoke(Call* call) {
   }
   GString* out = g_string_new("ok");
   if (tc != NULL && tc->kind != CORBA_tk_void) {
-    /* What has no fixed size comes as a pointer that is ours. */
+    /* A value without a fixed size comes as a pointer, and this client owns it. */
     const bool by_pointer = tc->kind == CORBA_tk_sequence ||
                             (tc->kind == CORBA_tk_struct && (method->flags & ORBit_I_COMMON_FIXED_SIZE) == 0);
     g_string_append_c(out, ' ');

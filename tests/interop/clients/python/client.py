@@ -105,7 +105,7 @@ def call(line):
 
 
 def answered(function, *values):
-    """What the function answers, or the answer that stands for what it raises."""
+    """Returns the answer of the function, or the one that stands for its exception."""
     try:
         return function(*values)
     except CORBA.UserException as raised:
