@@ -52,6 +52,21 @@ CommandVerdict check_law(const TimeLaw& law, double duration_s, std::int32_t joi
   return kGood;
 }
 
+/// Returns the first invalid number of a frame.
+double fault_of(const Pose& frame, double farthest_m) noexcept {
+  for (const double x : frame.position_m) {
+    if (!(std::abs(x) <= farthest_m)) return x;
+  }
+  return squared_norm(frame.orientation) - 1.0;
+}
+
+CommandVerdict check_frames(const Frames& frames) noexcept {
+  const auto& [base_T_0, n_T_tool] = frames;
+  if (!is_frame(base_T_0, kFarthestBase_m)) return malformed(fault_of(base_T_0, kFarthestBase_m));
+  if (!is_frame(n_T_tool, kFarthestTool_m)) return malformed(fault_of(n_T_tool, kFarthestTool_m));
+  return kGood;
+}
+
 CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) noexcept {
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     const auto joint = static_cast<std::int32_t>(i);
@@ -70,7 +85,7 @@ CommandVerdict check_joint_motion(const ArmModel& arm, const Command& command) n
     const double miss_q = command.start_q[i] + law.distance - command.end_q[i];
     if (!(std::abs(miss_q) <= kStartTolerance)) return malformed(miss_q, joint);
   }
-  return kGood;
+  return check_frames(command.joint.frames);
 }
 
 /// Checks that exactly the values that the arm follows are given, and are finite.
@@ -90,20 +105,11 @@ CommandVerdict check_orientation(const Kinematics& arm, const OrientationPath& t
   return kGood;
 }
 
-/// Returns the first invalid number of a frame.
-double fault_of(const Pose& frame, double farthest_m) noexcept {
-  for (const double x : frame.position_m) {
-    if (!(std::abs(x) <= farthest_m)) return x;
-  }
-  return squared_norm(frame.orientation) - 1.0;
-}
-
 /// Checks the common fields of lines and arcs, except their rate: RateCheck.
 template <class Path>
 CommandVerdict check_path(const ArmModel& arm, const Path& path) noexcept {
-  const auto& [base_T_0, n_T_tool] = path.frames;
-  if (!is_frame(base_T_0, kFarthestBase_m)) return malformed(fault_of(base_T_0, kFarthestBase_m));
-  if (!is_frame(n_T_tool, kFarthestTool_m)) return malformed(fault_of(n_T_tool, kFarthestTool_m));
+  const CommandVerdict frames = check_frames(path.frames);
+  if (!frames.ok()) return frames;
   if (arm.kinematics.has_closed_form() ? !arm.kinematics.has_solution(path.solution) : path.solution != 0)
     return malformed(static_cast<double>(path.solution));
   const KnotRange& range = path.knots;

@@ -227,6 +227,7 @@ void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
   SetPointVerdict verdict =
       check_set_point(arm_, set_point_.position_q, next.position_q, next.opening, period_s_);
   if (verdict.ok && governor_.has_path()) verdict = differences_.see(arm_, next.position_q, period_s_);
+  if (verdict.ok) verdict = workspace_check_.see(framed_arm_, next.position_q);
   if (!verdict.ok) {
     fault(verdict.alarm, FaultStop::Way::kByJoint);
     return step_by_joint();

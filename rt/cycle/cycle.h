@@ -28,6 +28,7 @@
 #include "rt/cycle/rate_check.h"
 #include "rt/cycle/set_point_check.h"
 #include "rt/cycle/stop_requests.h"
+#include "rt/cycle/workspace_check.h"
 
 namespace corbot::rt {
 
@@ -215,7 +216,8 @@ class Cycle {
   RateCheck rate_check_;
   DifferenceCheck differences_;  ///< along a path
   PathCheck path_check_;         ///< along a path
-  SetPoint base_{};              ///< the set-point at which the running command began
+  WorkspaceCheck workspace_check_;
+  SetPoint base_{};  ///< the set-point at which the running command began
   SetPoint set_point_{};
   SetPoint last_{};  ///< of the previous cycle
 

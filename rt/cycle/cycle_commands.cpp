@@ -140,6 +140,11 @@ void Cycle::begin_command() noexcept {
     if (!checked) return;  // the rest in the next cycles
     verdict = *checked;
   }
+  if (verdict.ok()) {
+    workspace_check_.begin(framed_arm_, set_point_.position_q);
+    const SetPointVerdict end = workspace_check_.see(framed_arm_, next.end_q);
+    if (!end.ok) verdict = {Verdict::kLimit, -1, end.alarm.value};
+  }
   if (!verdict.ok()) {
     raise(alarm::command_refused(
         {.id = next.id, .verdict = verdict.verdict, .joint = verdict.joint, .value = verdict.value}));

@@ -17,6 +17,7 @@ void add_law(GovernedMotion& motion, const GovernedLaw& law) noexcept {
 
 void take_frames(const Command& command, Kinematics& arm) noexcept {
   const auto take = [&arm](const Frames& frames) { arm.set_frames(frames.base_T_0, frames.n_T_tool); };
+  if (command.kind == MotionKind::kJoint) take(command.joint.frames);
   if (command.kind == MotionKind::kLine) take(command.line.frames);
   if (command.kind == MotionKind::kArc) take(command.arc.frames);
 }

@@ -64,6 +64,13 @@ std::string too_quick_text(const alarm::TooQuick& what, JointKind kind) {
                      number_text(kind, what.allowed_q, 2));
 }
 
+std::string outside_workspace_text(const alarm::OutsideWorkspace& what) {
+  return fmt::format(
+      "a set-point would put the {} {:.3g} mm beyond plane or box {} of the profile's [workspace], limit "
+      "{:.3g} mm; the arm is brought to rest",
+      kPartNames[what.part], -1e3 * what.clearance_m, what.shape + 1, 0.0 - 1e3 * what.least_m);
+}
+
 std::string out_of_range_text(const alarm::OutOfRange& what, const JointKinds& kinds) {
   if (what.joint < 0) {
     return fmt::format(
@@ -117,6 +124,8 @@ std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
     }
     case AlarmCode::kSetPointTooQuick:
       return too_quick_text(alarm::too_quick(event), kind);
+    case AlarmCode::kSetPointOutsideWorkspace:
+      return outside_workspace_text(alarm::outside_workspace(event));
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
       return fmt::format("path and kinematics disagree at {:.3f} s of {:.3f} s; the arm is brought to rest",

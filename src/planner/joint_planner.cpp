@@ -35,6 +35,7 @@ double plan_joints(const ArmModel& model, const Joints& speed_q_s, const Joints&
 PlanResult joint_command(const ArmModel& model, const Joints& speed_q_s, const PlanStart& start,
                          const Joints& target, double t_s) {
   Command command = blank_command(MotionKind::kJoint, start);
+  command.joint.frames = frames_of(model.kinematics);
   const double shortest_s = plan_joints(model, speed_q_s, start.position_q, target, &command.joint);
   const double duration_s = std::max(shortest_s, t_s);
   if (duration_s > kLongestPlan_s) return too_long(duration_s);

@@ -154,7 +154,7 @@ class WorkspaceProof {
       for (std::size_t part = 0; part < kArmParts; ++part) {
         if (!parts_[part].exists || (limits_.shapes[shape].parts & bit_of(part)) == 0) continue;
         const double start_m = clearance_m(limits_.shapes[shape], states[part].position_m);
-        guards_[count_++] = {shape, part, start_m < -kWorkspaceTolerance_m ? start_m : 0.0};
+        guards_[count_++] = {shape, part, start_m < -0.5 * kWorkspaceTolerance_m ? start_m : 0.0};
       }
     }
   }

@@ -18,10 +18,6 @@
 
 namespace corbot {
 
-/// A part may be beyond a shape by this much, and is refused from half of it on. In between the proof may
-/// decide either way.
-inline constexpr double kWorkspaceTolerance_m = 1e-6;
-
 /// Proves a joint motion. A part that stands beyond a shape may go no farther beyond. Returns nullopt if the
 /// whole motion keeps to the workspace, or if the arm has none. `start_q`: joints at the beginning.
 [[nodiscard]] std::optional<PlanRefusal> check_workspace(const ArmModel& model, const Joints& start_q,

@@ -53,6 +53,10 @@ struct WorkspaceShape {
   return found_m;
 }
 
+/// A part may be beyond a shape by this much, and is refused from half of it on. In between the proof may
+/// decide either way.
+inline constexpr double kWorkspaceTolerance_m = 1e-6;
+
 /// All shapes of an arm; none: the arm may be anywhere.
 struct WorkspaceLimits {
   static constexpr std::size_t kMostShapes = 16;

@@ -5,6 +5,7 @@
 
 #include "corbot/backend/device_cause.h"
 #include "corbot/channel/records.h"
+#include "corbot/kinematics/arm_parts.h"
 
 // The alarms of the real-time task: each code has a constructor, and beside it the function that reads the
 // fields back. Only this file defines the meaning of an AlarmEvent's numbers. The cycle that publishes the
@@ -92,6 +93,23 @@ struct TooQuick {
 }
 [[nodiscard]] constexpr TooQuick too_quick(const AlarmEvent& event) noexcept {
   return {event.joint, detail::small_number(event.lower), event.value, event.upper};
+}
+
+/// A set-point would put a part of the arm farther beyond a plane or box than the motion's start allows.
+struct OutsideWorkspace {
+  std::uint32_t shape;  ///< its place in the workspace, from 0
+  std::uint32_t part;   ///< of ArmPart
+  double clearance_m;   ///< negative
+  double least_m;       ///< allowed
+};
+[[nodiscard]] constexpr AlarmEvent set_point_outside_workspace(const OutsideWorkspace& what) noexcept {
+  return detail::event(AlarmCode::kSetPointOutsideWorkspace, -1, what.clearance_m, what.least_m,
+                       static_cast<double>(what.shape * kArmParts + what.part));
+}
+[[nodiscard]] constexpr OutsideWorkspace outside_workspace(const AlarmEvent& event) noexcept {
+  const std::uint32_t number = detail::small_number(event.upper);
+  constexpr auto kParts = static_cast<std::uint32_t>(kArmParts);
+  return {number / kParts, number % kParts, event.value, event.lower};
 }
 
 /// A Clear was refused: set-points must begin in the range, and this joint is outside it.

@@ -48,6 +48,20 @@ inline void add(Fnv1a& hash, const Kinematics& kinematics) noexcept {
   add(hash, chain.n_T_tool);
 }
 
+/// Adds the shapes without their names, which change no motion. fingerprint() leaves the workspace out: the
+/// meaning of a position or a soft limit does not depend on it.
+inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
+  for (std::size_t k = 0; k < workspace.count; ++k) {
+    const WorkspaceShape& shape = workspace.shapes[k];
+    for (const std::uint32_t value : {static_cast<std::uint32_t>(shape.kind), shape.parts, shape.face_count})
+      hash.add(static_cast<std::uint64_t>(value));
+    for (std::size_t i = 0; i < shape.face_count; ++i) {
+      for (const double value : shape.faces[i].normal) hash.add(value);
+      hash.add(shape.faces[i].offset_m);
+    }
+  }
+}
+
 [[nodiscard]] inline std::uint64_t fingerprint(const ArmModel& model) noexcept {
   Fnv1a hash;
   hash.add(static_cast<std::uint64_t>(model.kind));

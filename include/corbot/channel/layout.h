@@ -26,7 +26,7 @@ namespace corbot {
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// Must be raised with every change to a segment or to a record in it.
-inline constexpr std::uint32_t kSegmentAbi = 10;
+inline constexpr std::uint32_t kSegmentAbi = 11;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 

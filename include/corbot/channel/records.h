@@ -43,6 +43,7 @@ enum class AlarmCode : std::uint32_t {
   kGoalNotReached = 105,    ///< a motion's set-points are at its end, a joint is not
   kJointBeyondRange = 106,  ///< a Clear would move a joint from outside its range: refused, or power is off
   kSetPointTooQuick = 107,
+  kSetPointOutsideWorkspace = 108,
   kCommandRefused = 110,
   kRingCorrupt = 111,
   kBackendDegraded = 120,

@@ -18,6 +18,7 @@ enum class MotionKind : std::uint32_t { kJoint = 1, kLine = 2, kArc = 3, kDwell 
 /// Joint-space motion: every joint has a law of its own, all of the same duration.
 struct JointMotion {
   std::array<TimeLaw, kMaxJoints> law;  ///< distance in rad or m; joints beyond the arm's are all zero
+  Frames frames;                        ///< the frames of the check against the workspace
 };
 
 /// The tool's turn along a line or an arc, in step with the path parameter s. For an arm that follows every

@@ -5,10 +5,12 @@
 
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "config/load_profile.h"
+#include "config/segment_fingerprint.h"
 #include "corbot/kinematics/arm_parts.h"
 #include "support/test_arms.h"
 
@@ -102,6 +104,18 @@ TEST(WorkspaceProfile, RefusesAPartThatTheArmDoesNotHave) {
   const std::string plane = "[[workspace.plane]]\nname = \"wall\"\nnormal = [0, 0, 1]\noffset_m = 0\n";
   expect_fault(plane + "parts = [\"tool\", \"wrist\"]\n", "which this arm does not have", "cartesian_ppp");
   EXPECT_EQ(with(plane, "cartesian_ppp").arm.workspace.count, 1u);
+}
+
+TEST(WorkspaceProfile, TaskAndServantMustHaveTheSameWorkspace) {
+  std::set<std::uint64_t> segments, models;
+  for (const char* text : {"", "[workspace]\nfloor_m = 0.0\n", "[workspace]\nfloor_m = 0.1\n",
+                           "[[workspace.plane]]\nname = \"a\"\nnormal = [0, 0, 1]\noffset_m = 0.1\n"}) {
+    const Profile profile = with(text);
+    segments.insert(segment_fingerprint(profile));
+    models.insert(fingerprint(profile.arm));
+  }
+  EXPECT_EQ(segments.size(), 4u) << "the floor holds for tool and wrist, the plane for all parts";
+  EXPECT_EQ(models.size(), 1u) << "a saved position stays valid";
 }
 
 }  // namespace

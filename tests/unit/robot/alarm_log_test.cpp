@@ -23,13 +23,26 @@ TEST(AlarmLog, NamesJointValueAndLimit) {
 }
 
 TEST(AlarmLog, EveryCodeHasAText) {
-  for (const AlarmCode code :
-       {AlarmCode::kSetPointNotFinite, AlarmCode::kSetPointOutOfRange, AlarmCode::kSetPointDiscontinuous,
-        AlarmCode::kSetPointTooQuick, AlarmCode::kKinematicsFailed, AlarmCode::kFollowingError,
-        AlarmCode::kGoalNotReached, AlarmCode::kJointBeyondRange, AlarmCode::kCommandRefused,
-        AlarmCode::kRingCorrupt, AlarmCode::kBackendDegraded, AlarmCode::kBackendLost,
-        AlarmCode::kEmergencyStop, AlarmCode::kErrorInherited, AlarmCode::kHeld, AlarmCode::kOverrun,
-        AlarmCode::kLoopGap, AlarmCode::kTaskReplaced, AlarmCode::kServantSilent}) {
+  for (const AlarmCode code : {AlarmCode::kSetPointNotFinite,
+                               AlarmCode::kSetPointOutOfRange,
+                               AlarmCode::kSetPointDiscontinuous,
+                               AlarmCode::kSetPointTooQuick,
+                               AlarmCode::kSetPointOutsideWorkspace,
+                               AlarmCode::kKinematicsFailed,
+                               AlarmCode::kFollowingError,
+                               AlarmCode::kGoalNotReached,
+                               AlarmCode::kJointBeyondRange,
+                               AlarmCode::kCommandRefused,
+                               AlarmCode::kRingCorrupt,
+                               AlarmCode::kBackendDegraded,
+                               AlarmCode::kBackendLost,
+                               AlarmCode::kEmergencyStop,
+                               AlarmCode::kErrorInherited,
+                               AlarmCode::kHeld,
+                               AlarmCode::kOverrun,
+                               AlarmCode::kLoopGap,
+                               AlarmCode::kTaskReplaced,
+                               AlarmCode::kServantSilent}) {
     AlarmLog log;
     log.add(event(code));
     EXPECT_EQ(log.list()[0].text.find("alarm "), std::string::npos) << log.list()[0].text;
@@ -125,6 +138,12 @@ TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
       "rest");
   EXPECT_EQ(alarm_text(alarm::set_point_out_of_range({-1, 1.2, 0.0, 1.0}), {}),
             "set-point of the gripper at 1.200 is out of range 0.000 to 1.000; the arm is brought to rest");
+}
+
+TEST(AlarmText, NamesThePartThatLeavesTheWorkspace) {
+  EXPECT_EQ(alarm_text(alarm::set_point_outside_workspace({1, 2, -0.0125, 0.0}), {}),
+            "a set-point would put the elbow 12.5 mm beyond plane or box 2 of the profile's [workspace], "
+            "limit 0 mm; the arm is brought to rest");
 }
 
 TEST(AlarmText, SaysWhatCountsAsAPress) {

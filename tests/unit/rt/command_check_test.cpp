@@ -76,6 +76,10 @@ std::vector<Good> good_commands() {
   for (std::size_t i = 0; i < kMaxJoints; ++i) {
     add_law(all.back().fields, "law", [i](Command& c) -> TimeLaw& { return c.joint.law[i]; });
   }
+  add_vector(
+      all.back().fields, "base", [](Command & c) -> auto& { return c.joint.frames.base_T_0.position_m; });
+  add_vector(
+      all.back().fields, "hand", [](Command & c) -> auto& { return c.joint.frames.n_T_tool.position_m; });
 
   all.push_back({"line",
                  planned(rig, rig.planner.move_s(start, settings, {p[0] + 0.01, p[1] + 0.03, p[2]}, 0.0)),
@@ -167,6 +171,8 @@ TEST(CommandCheck, NamesWhatIsWrong) {
        Verdict::kLimit},
       {"joint the arm has not", 0, [](Command& c) { c.joint.law[5] = c.joint.law[0]; }, Verdict::kMalformed},
       {"joints of two durations", 0, [](Command& c) { c.joint.law[2].t_cruise_s += 1e-3; },
+       Verdict::kMalformed},
+      {"hand longer than 1", 0, [](Command& c) { c.joint.frames.n_T_tool.orientation.w += 1e-6; },
        Verdict::kMalformed},
       {"no solution", 1, [](Command& c) { c.line.solution = 4; }, Verdict::kMalformed},
       {"no knots", 1, [](Command& c) { c.line.knots.count = 0; }, Verdict::kMalformed},
