@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <optional>
+#include <utility>
 
 #include "corbot/motion/bounds.h"
 #include "planner/numeric/numeric_inverse.h"
@@ -86,8 +86,7 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
   if (!model_.kinematics.has_closed_form()) return reach_numerically(start, target_m, t_s);
   const std::uint32_t present = model_.kinematics.solution_of(start.position_q).value_or(0);
   const std::uint32_t count = model_.kinematics.solution_count();
-  double best_s = std::numeric_limits<double>::infinity();
-  Joints best{};
+  std::vector<Way> ways;
   std::optional<PlanRefusal> out_of_range;
   std::optional<PlanRefusal> no_orientation;
   IkSolution out_of_reach;
@@ -116,14 +115,13 @@ PlanResult JointPlanner::reach(const PlanStart& start, const std::array<double, 
       if (!out_of_range) out_of_range = joint_range(model_, index, target[index], "at the target");
       continue;
     }
-    const double duration_s = plan_joints(model_, speed_q_s_, start.position_q, target, nullptr);
-    if (duration_s < best_s) {
-      best_s = duration_s;
-      best = target;
-    }
-    if (number == present) break;
+    const bool is_present = number == present;
+    const double duration_s =
+        is_present ? 0.0 : plan_joints(model_, speed_q_s_, start.position_q, target, nullptr);
+    ways.push_back({duration_s, target});
+    if (is_present && model_.workspace.count == 0) break;
   }
-  if (std::isfinite(best_s)) return joint_command(model_, speed_q_s_, start, best, t_s);
+  if (!ways.empty()) return first_inside(start, std::move(ways), t_s);
   if (out_of_range) {
     out_of_range->target_m = target_m;
     return *out_of_range;
@@ -146,8 +144,7 @@ PlanResult JointPlanner::reach_numerically(const PlanStart& start, const std::ar
   // With up to three joints the orientation is an output. Only some solutions have the orientation that is
   // set.
   const bool is_output = settings_.tool_orientation && model_.dof <= 3;
-  double best_s = std::numeric_limits<double>::infinity();
-  Joints best{};
+  std::vector<Way> ways;
   std::optional<PlanRefusal> out_of_range;
   for (std::uint32_t k = 0; k < found.count; ++k) {
     Joints target = found.joints_q[k];
@@ -158,15 +155,26 @@ PlanResult JointPlanner::reach_numerically(const PlanStart& start, const std::ar
       if (!out_of_range) out_of_range = joint_range(model_, index, target[index], "at the target");
       continue;
     }
-    const double duration_s = plan_joints(model_, speed_q_s_, start.position_q, target, nullptr);
-    if (duration_s >= best_s) continue;
-    best_s = duration_s;
-    best = target;
+    ways.push_back({plan_joints(model_, speed_q_s_, start.position_q, target, nullptr), target});
   }
-  if (std::isfinite(best_s)) return joint_command(model_, speed_q_s_, start, best, t_s);
+  if (!ways.empty()) return first_inside(start, std::move(ways), t_s);
   if (!out_of_range) return not_found(target_m, found);
   out_of_range->target_m = target_m;
   return *out_of_range;
+}
+
+/// Takes the quickest way that keeps to the workspace. If none does, refuses with the reason of the quickest.
+PlanResult JointPlanner::first_inside(const PlanStart& start, std::vector<Way> ways, double t_s) const {
+  std::stable_sort(ways.begin(), ways.end(),
+                   [](const Way& a, const Way& b) { return a.duration_s < b.duration_s; });
+  std::optional<PlanResult> first;
+  for (const Way& way : ways) {
+    PlanResult plan = joint_command(model_, speed_q_s_, start, way.target_q, t_s);
+    const auto* refusal = std::get_if<PlanRefusal>(&plan);
+    if (refusal == nullptr || !leaves_workspace(*refusal)) return plan;
+    if (!first) first = std::move(plan);
+  }
+  return *first;
 }
 
 PlanResult JointPlanner::drive(const PlanStart& start, const DriveRequest& request) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "corbot/arm/arm_model.h"
 #include "planner/plan/plan.h"
@@ -20,14 +21,20 @@ class JointPlanner {
 
   /// Plans a motion to given joint values.
   [[nodiscard]] PlanResult to(const PlanStart& start, const Joints& target_q, double t_s) const;
-  /// Plans a motion to a point: on the present solution if its joint ranges allow, else on the quickest
-  /// feasible one.
+  /// Plans a motion to a point: on the present solution if joint ranges and workspace allow it, else on the
+  /// quickest feasible one.
   [[nodiscard]] PlanResult reach(const PlanStart& start, const std::array<double, 3>& target_m,
                                  double t_s) const;
   /// Plans a motion of one joint, no faster than the request's speed.
   [[nodiscard]] PlanResult drive(const PlanStart& start, const DriveRequest& request) const;
 
  private:
+  struct Way {
+    double duration_s{};  ///< 0: before all others
+    Joints target_q{};
+  };
+
+  [[nodiscard]] PlanResult first_inside(const PlanStart& start, std::vector<Way> ways, double t_s) const;
   [[nodiscard]] PlanResult reach_numerically(const PlanStart& start, const std::array<double, 3>& target_m,
                                              double t_s) const;
 

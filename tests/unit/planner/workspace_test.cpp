@@ -175,6 +175,32 @@ TEST(Workspace, FromOutsideTheArmMayOnlyMoveBack) {
                      HasSubstr("; it stands at 20 mm and may only move back")));
 }
 
+TEST(Workspace, AMotionToAPointTakesAnotherSolutionIfThePresentOneIsRefused) {
+  // The elbow is up. Under a ceiling for the elbow the arm bends the other way.
+  ArmModel arm = test::wide_arm();
+  const PlanStart start{{0.0, deg(10), deg(30), deg(35), 0.0, 0.0}, 0.0};
+  PlanSettings settings;
+  settings.tool_pitch_rad = tool_pose(arm.kinematics, start.position_q).pitch_rad;
+  const Vector3 target = arm.kinematics.forward(start.position_q).position_m - Vector3{0.05, 0.0, 0.0};
+  const auto end_of = [&] {
+    const PlanResult result = Planner(arm).move(start, settings, target, 0.0);
+    EXPECT_EQ(text_of(result), "planned");
+    return std::get<std::vector<Command>>(result).back().end_q;
+  };
+  const auto elbow_m = [&](const Joints& q) {
+    const JointChain& chain = arm.kinematics.chain();
+    return part_states(chain, parts_of(chain), q)[2].position_m[2];
+  };
+  const Joints free_q = end_of();
+  const double ceiling_m = 0.5 * (elbow_m(start.position_q) + elbow_m(free_q));
+  ASSERT_GT(elbow_m(free_q), ceiling_m);
+  arm.workspace.shapes[arm.workspace.count++] =
+      named(plane_shape({{0, 0, -1}, -ceiling_m}, kElbow), "ceiling");
+  const Joints kept_q = end_of();
+  EXPECT_LT(elbow_m(kept_q), ceiling_m);
+  EXPECT_NEAR(norm(arm.kinematics.forward(kept_q).position_m - target), 0.0, 1e-9);
+}
+
 TEST(Workspace, TheToolFrameAndTheBaseFrameCount) {
   const PlanStart start = at({0.2, 0.0, 0.03}, -90);
   const Planner kept(arm_in({floor_at(0.0)}));
@@ -189,6 +215,14 @@ TEST(Workspace, TheToolFrameAndTheBaseFrameCount) {
   higher.base_frame = Pose{{0, 0, 0.5}, {}};
   EXPECT_THAT(text_of(kept.drive(start, lower, 1, deg(-5), deg(20))), HasSubstr("below 'floor'"));
   EXPECT_EQ(text_of(kept.drive(start, higher, 1, deg(-5), deg(20))), "planned");
+}
+
+TEST(Workspace, AnArmThatStandsWithinTheToleranceMayMoveBack) {
+  const PlanStart start = at({0.2, 0.0, 0.05}, -60);
+  PlanSettings settings;
+  settings.tool_pitch_rad = deg(-60);
+  const Planner kept(arm_in({floor_at(0.05 + 0.8e-6)}));
+  EXPECT_EQ(text_of(kept.move_s(start, settings, {0.2, 0.0, 0.08}, 0.0)), "planned");
 }
 
 TEST(Workspace, ABoxToStayInHoldsEveryPartThatItNames) {
