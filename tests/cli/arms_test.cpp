@@ -80,9 +80,7 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
 }
 
 TEST_F(Arms, OnATableDoNotGoThroughIt) {
-  std::ifstream stream(shipped("lynx5"));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  up({}, put("arm.toml", text + "\n[workspace]\nfloor_m = 0.0\n"));
+  up({}, shipped("lynx5"));
   ASSERT_EQ(corbot({"pitch", "-80"}).code, 0);
   for (const char* command : {"move", "moves"}) {
     const RunResult refused = corbot({command, "0.2", "0", "-0.06"});

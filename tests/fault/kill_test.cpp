@@ -53,7 +53,7 @@ class Kill : public ::testing::Test {
     name_ = unique_name("kill");
     port_ = free_port();
     reference_ = fmt::format("corbaloc::127.0.0.1:{}/{}", port_, name_);
-    file_ = busy_profile_path(arm);
+    file_ = profile_path(arm);
     profile_ = load_profile(file_);
     if (arm != "lynx5") {
       const ArmMotions motions = motions_from_ready(profile_.arm, 0.08);

@@ -229,8 +229,7 @@ class TickWatch {
 /// The test plays the servant.
 class KnotsOverwritten : public ::testing::Test {
  protected:
-  KnotsOverwritten()
-      : name_(unique_name("knots")), file_(busy_profile_path("xarm6")), arm_(arm_of("xarm6")) {}
+  KnotsOverwritten() : name_(unique_name("knots")), file_(profile_path("xarm6")), arm_(arm_of("xarm6")) {}
   ~KnotsOverwritten() override {
     if (hostile_ > 0) {
       ::kill(hostile_, SIGKILL);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -18,16 +17,9 @@ inline constexpr std::array<const char*, 10> kTestArms{
     "lynx5",         "al5d_wr",         "puma560",   "scara_gx4", "stanford",
     "cartesian_ppp", "cylindrical_rpp", "polar_rrp", "turntable", "xarm6"};
 
-/// The shipped profile of this name, or the one that only tests need.
-inline std::string profile_path(const std::string& name) {
-  const std::filesystem::path shipped(CORBOT_PROFILES);
-  const std::filesystem::path path = shipped / (name + ".toml");
-  return (std::filesystem::exists(path) ? path : shipped / "../tests/profiles" / (name + ".toml")).string();
-}
-/// The same with gaps that a busy machine has, for programs that run best-effort.
-inline std::string busy_profile_path(const std::string& name) {
-  return CORBOT_TEST_PROFILES "/" + name + ".toml";
-}
+/// The shipped profile of this name, or the one that only tests need: without its workspace, and with gaps
+/// that a busy machine has.
+inline std::string profile_path(const std::string& name) { return CORBOT_TEST_PROFILES "/" + name + ".toml"; }
 inline ArmModel arm_of(const std::string& name) { return load_profile(profile_path(name)).arm; }
 /// Returns true if the arm can do lines and arcs: with a closed form, or by knots. Among the arms above only
 /// the turntable has neither room nor freedom for any.

@@ -225,6 +225,26 @@ TEST(Workspace, AnArmThatStandsWithinTheToleranceMayMoveBack) {
   EXPECT_EQ(text_of(kept.move_s(start, settings, {0.2, 0.0, 0.08}, 0.0)), "planned");
 }
 
+TEST(Workspace, ShippedArmsOnATableHaveAFloorAboveWhichTheyAreReady) {
+  for (const char* name : {"lynx5", "lynx5-can", "al5d", "al5d_wr", "omx", "px100", "so101"}) {
+    const ArmModel arm = load_profile(std::string(CORBOT_PROFILES) + "/" + name + ".toml").arm;
+    ASSERT_EQ(arm.workspace.count, 1u) << name;
+    EXPECT_EQ(arm.workspace.shapes[0].parts, kTool | kWrist) << name;
+    const JointChain& chain = arm.kinematics.chain();
+    for (const PartState& part : part_states(chain, parts_of(chain), {}))
+      EXPECT_GE(clearance_m(arm.workspace.shapes[0], part.position_m), 0.0) << name;
+    EXPECT_EQ(test::arm_of(name).workspace.count, 0u) << "tests go below: " << name;
+  }
+}
+
+TEST(Workspace, AnArmThatHasSunkOntoTheTableGetsReady) {
+  const ArmModel arm = load_profile(std::string(CORBOT_PROFILES) + "/lynx5.toml").arm;
+  const PlanStart sunk{{0.3, deg(-30), 0.0, deg(-20), 0.0, 0.0}, 0.0};
+  ASSERT_LT(arm.kinematics.forward(sunk.position_q).position_m[2], -0.05);
+  EXPECT_EQ(text_of(Planner(arm).move_joints(sunk, {}, {}, 0.0)), "planned");
+  EXPECT_THAT(text_of(Planner(arm).drive(sunk, {}, 3, deg(-10), deg(20))), HasSubstr("may only move back"));
+}
+
 TEST(Workspace, ABoxToStayInHoldsEveryPartThatItNames) {
   const WorkspaceShape cage =
       named(box_shape(ShapeKind::kInside, {-0.4, -0.05, 0.0}, {0.4, 0.05, 0.4}, kTool | kElbow), "cage");

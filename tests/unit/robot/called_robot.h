@@ -21,7 +21,7 @@ class CalledRobot : public TaskTest {
  protected:
   static constexpr double kLong_s = 600.0;
 
-  explicit CalledRobot(const char* profile = CORBOT_SHIPPED_PROFILE) : TaskTest(profile) {
+  explicit CalledRobot(const char* profile = CORBOT_TEST_PROFILE) : TaskTest(profile) {
     std::string path = CORBOT_SCRATCH_DIR "/called-XXXXXX";
     directory_ = ::mkdtemp(path.data());
     task_ = std::make_unique<LoopTask>(name_, profile_.arm);

@@ -65,7 +65,7 @@ class LoopTask {
 /// A robot name of the test's own, nothing of which is left behind.
 class TaskTest : public ::testing::Test {
  protected:
-  explicit TaskTest(const char* profile = CORBOT_SHIPPED_PROFILE)
+  explicit TaskTest(const char* profile = CORBOT_TEST_PROFILE)
       : profile_(patient_profile(profile)), name_(unique_name("task")) {}
   ~TaskTest() override { remove_left_behind(name_); }
 
