@@ -30,6 +30,7 @@ constexpr const char* kStyle =
     ".middle{text-anchor:middle}.end{text-anchor:end}.back{fill:#fff}.grid{stroke:#ccc;fill:none}"
     ".reach{fill:#56b4e9;fill-opacity:.4;fill-rule:evenodd;stroke:#0072b2;stroke-width:1.5;stroke-linejoin:"
     "round}"
+    ".forbidden{fill:#cc79a7;fill-opacity:.3;fill-rule:evenodd;stroke:#cc79a7}"
     ".arm,.halo{fill:none;stroke:#d55e00;stroke-linejoin:round;stroke-linecap:round}.halo{stroke:#fff}"
     ".joint{fill:#fff;stroke:#222;stroke-width:2}.tool{fill:#222;stroke:#fff}.foot{fill:#777}"
     ".bar{stroke:#333;stroke-width:2;fill:none}"
@@ -62,7 +63,7 @@ std::string axes_of(const Panel& panel, const char* title, const char* right_nam
          text_at(0.5 * (panel.left() + panel.right()), panel.bottom() + 42.0, "middle", right_name);
 }
 
-std::string legend(const ArmLine& line, double y) {
+std::string legend(const ArmLine& line, bool has_workspace, double y) {
   const double symbol = y - 5.0;
   std::string text =
       fmt::format("<rect class=\"reach\" x=\"24\" y=\"{:.1f}\" width=\"26\" height=\"13\"/>\n", y - 11.0);
@@ -79,6 +80,11 @@ std::string legend(const ArmLine& line, double y) {
     text += text_at(x + 14.0, y + 28.0, "",
                     kind == JointKind::kRotary ? "joint that turns" : "joint that slides");
     x += 192.0;
+  }
+  if (has_workspace) {
+    text += fmt::format("<rect class=\"forbidden\" x=\"24\" y=\"{:.1f}\" width=\"26\" height=\"13\"/>\n",
+                        y + 45.0) +
+            text_at(58, y + 56.0, "", "outside [workspace]");
   }
   return text;
 }
@@ -125,7 +131,7 @@ std::string arm_picture(const Profile& profile, const Joints& q, PictureSize siz
     panels[k].place(layout.lefts[k] + 0.5 * spare, layout.top, px_per_m);
     bottom = std::max(bottom, panels[k].bottom());
     if (is_full) body += panels[k].grid();
-    body += panels[k].reach();
+    body += panels[k].reach() + panels[k].forbidden(arm.workspace);
     if (k == 0) body += panels[k].foot(layout.foot);
     body += panels[k].arm(layout.joint_radius);
   }
@@ -133,10 +139,11 @@ std::string arm_picture(const Profile& profile, const Joints& q, PictureSize siz
     body += scale_bar(px_per_m, bottom + 18.0);
     return svg_of(profile, layout.width, bottom + 26.0, kThinLines, body);
   }
+  const bool has_workspace = arm.workspace.count > 0;
   body += text_at(24, 32, "title", profile.name);
   body += axes_of(panels[0], "from the side", space.about_axis ? "r from axis 1, m" : "x, m", "z, m");
-  body += axes_of(panels[1], "from above", "x, m", "y, m") + legend(line, bottom + 76.0);
-  return svg_of(profile, layout.width, bottom + 122.0, kFullLines, body);
+  body += axes_of(panels[1], "from above", "x, m", "y, m") + legend(line, has_workspace, bottom + 76.0);
+  return svg_of(profile, layout.width, bottom + (has_workspace ? 150.0 : 122.0), kFullLines, body);
 }
 
 }  // namespace corbot::cli

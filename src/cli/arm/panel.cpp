@@ -56,6 +56,21 @@ std::string curve_through(const Outline& points) {
   return path + "z";
 }
 
+/// Returns the part of a convex polygon where dot(normal, p) <= offset.
+Outline cut(const Outline& polygon, const PlanePoint& normal, double offset_m) {
+  const auto beyond_m = [&](const PlanePoint& p) { return normal[0] * p[0] + normal[1] * p[1] - offset_m; };
+  Outline kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const PlanePoint &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
+    const double from_m = beyond_m(from), to_m = beyond_m(to);
+    if (from_m <= 0.0) kept.push_back(from);
+    if ((from_m <= 0.0) == (to_m <= 0.0)) continue;
+    const double share = from_m / (from_m - to_m);
+    kept.push_back({from[0] + share * (to[0] - from[0]), from[1] + share * (to[1] - from[1])});
+  }
+  return kept;
+}
+
 }  // namespace
 
 double round_length(double most_m) {
@@ -129,6 +144,37 @@ std::string Panel::reach() const {
     path += curve_through(drawn);
   }
   return fmt::format("<path class=\"reach\" d=\"{}\"/>\n", path);
+}
+
+std::string Panel::polygon(const Outline& corners_m) const {
+  std::string path;
+  for (const PlanePoint& p : corners_m)
+    path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? 'M' : 'L', x(p[0]), y(p[1]));
+  return path.empty() ? path : path + "z";
+}
+
+std::string Panel::forbidden(const WorkspaceLimits& limits) const {
+  constexpr double kAlongView = 1e-9;
+  const Outline all{low_m_, {high_m_[0], low_m_[1]}, high_m_, {low_m_[0], high_m_[1]}};
+  std::string drawn;
+  for (std::size_t k = 0; k < limits.count; ++k) {
+    const WorkspaceShape& shape = limits.shapes[k];
+    const bool is_inside = shape.kind == ShapeKind::kInside;
+    const double sign = is_inside ? -1.0 : 1.0;  // the inner polygon is allowed, or forbidden
+    Outline inner = all;
+    bool has_face = false;
+    for (std::size_t i = 0; i < shape.face_count; ++i) {
+      const HalfSpace& face = shape.faces[i];
+      const PlanePoint normal = plane_.along(sign * face.normal);
+      if (std::hypot(normal[0], normal[1]) < kAlongView) continue;
+      has_face = true;
+      inner = cut(inner, normal, sign * (face.offset_m - dot(face.normal, plane_.origin_m)));
+    }
+    if (!has_face || (inner.empty() && !is_inside)) continue;
+    drawn += fmt::format("<path class=\"forbidden\" d=\"{}{}\"/>\n", is_inside ? polygon(all) : "",
+                         polygon(inner));
+  }
+  return drawn;
 }
 
 std::string Panel::foot(double width) const {

@@ -6,6 +6,7 @@
 
 #include "cli/arm/arm_line.h"
 #include "cli/arm/outline.h"
+#include "corbot/arm/workspace_limits.h"
 
 namespace corbot::cli {
 
@@ -25,11 +26,15 @@ class Panel {
   /// Draws lines at round numbers, with the numbers.
   [[nodiscard]] std::string grid() const;
   [[nodiscard]] std::string reach() const;
+  /// Shades where the workspace forbids parts of the arm. Faces along the view are left out, so a box shows
+  /// its outline.
+  [[nodiscard]] std::string forbidden(const WorkspaceLimits& limits) const;
   /// Draws a foot below the base, for the view from the side only.
   [[nodiscard]] std::string foot(double width) const;
   [[nodiscard]] std::string arm(double joint_radius) const;
 
  private:
+  [[nodiscard]] std::string polygon(const Outline& corners_m) const;
   [[nodiscard]] double x(double right_m) const { return left_ + (right_m - low_m_[0]) * px_per_m_; }
   [[nodiscard]] double y(double up_m) const { return top_ + (high_m_[1] - up_m) * px_per_m_; }
 

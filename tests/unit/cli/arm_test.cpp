@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <regex>
+#include <sstream>
 #include <string>
 
 #include "cli/arm/arm_line.h"
@@ -334,6 +337,48 @@ TEST(ArmPicture, ShowsTheArmFromBaseToTool) {
     EXPECT_THAT(thumbnail, HasSubstr("width=\"200\""));
     EXPECT_EQ(texts_of(thumbnail).size(), 1u) << "the scale";
   }
+}
+
+/// Returns the numbers of each shaded path.
+std::vector<std::vector<double>> forbidden_of(const std::string& svg) {
+  const std::string mark = "class=\"forbidden\" d=\"";
+  std::vector<std::vector<double>> found;
+  for (auto at = svg.find(mark); at != std::string::npos; at = svg.find(mark, at + 1)) {
+    std::string path = svg.substr(at + mark.size(), svg.find('"', at + mark.size()) - at - mark.size());
+    for (char& letter : path)
+      if (std::isalpha(static_cast<unsigned char>(letter)) != 0) letter = ' ';
+    std::istringstream stream(path);
+    found.emplace_back(std::istream_iterator<double>(stream), std::istream_iterator<double>());
+  }
+  return found;
+}
+
+TEST(ArmPicture, ShadesWhatTheWorkspaceForbids) {
+  Profile profile = load_profile(profile_file("cartesian_ppp"));
+  const Joints q{};
+  EXPECT_TRUE(forbidden_of(arm_picture(profile, q)).empty());
+  WorkspaceLimits& workspace = profile.arm.workspace;
+  const auto add = [&](const WorkspaceShape& shape) { workspace.shapes[workspace.count++] = shape; };
+  add(plane_shape({{0, 0, 1}, 0.1}, 1));
+  const auto floor = forbidden_of(arm_picture(profile, q));
+  ASSERT_EQ(floor.size(), 1u) << "the view from above looks along the floor's normal";
+  ASSERT_EQ(floor[0].size(), 8u) << "the lower part of the panel";
+  EXPECT_NE(floor[0][1], floor[0][5]);
+  add(box_shape(ShapeKind::kOutside, {0.1, 0.1, 0.1}, {0.2, 0.3, 0.2}, 1));
+  const auto both = forbidden_of(arm_picture(profile, q));
+  ASSERT_EQ(both.size(), 3u) << "from the side and from above";
+  const auto extent = [](const std::vector<double>& path, std::size_t axis) {
+    double low = 1e9, high = -1e9;
+    for (std::size_t i = axis; i < path.size(); i += 2)
+      low = std::min(low, path[i]), high = std::max(high, path[i]);
+    return high - low;
+  };
+  EXPECT_NEAR(extent(both[2], 1), 2.0 * extent(both[2], 0), 0.3) << "0.1 m by 0.2 m from above";
+  EXPECT_NEAR(extent(both[1], 1), extent(both[1], 0), 0.3) << "0.1 m by 0.1 m from the side";
+  workspace.count = 0;
+  add(box_shape(ShapeKind::kInside, {0.1, 0.1, 0.1}, {0.2, 0.3, 0.2}, 1));
+  EXPECT_EQ(forbidden_of(arm_picture(profile, q)).front().size(), 16u) << "the panel, and the box in it";
+  EXPECT_THAT(arm_picture(profile, q), HasSubstr("outside [workspace]"));
 }
 
 TEST(ArmPicture, AndUrdfAreWrittenWhereTheyAreAskedFor) {
