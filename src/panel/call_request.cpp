@@ -117,4 +117,15 @@ client::Request call_request(const json& body) {
   return std::get<client::Request>(parsed);
 }
 
+client::Request cell_request(const json& body) {
+  for (const auto& [key, value] : body.items()) {
+    if (key != "cell" && key != "do")
+      refuse(fmt::format("{}: a cell has no such value", client::printable(key)));
+  }
+  const json wanted = body.value("do", json());
+  if (wanted == "start") return {client::Verb::kResume, {}};
+  if (wanted == "pause") return {client::Verb::kPause, {}};
+  refuse("do: a cell has 'start' and 'pause'; POST /api/stop stops it");
+}
+
 }  // namespace corbot::panel

@@ -12,4 +12,7 @@ namespace corbot::panel {
 /// value that no robot could take.
 [[nodiscard]] client::Request call_request(const nlohmann::json& body);
 
+/// Does the same for {"cell": NAME, "do": "start" | "pause"}, with kResume for "start".
+[[nodiscard]] client::Request cell_request(const nlohmann::json& body);
+
 }  // namespace corbot::panel

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panel/corba_port.h"
 
-#include <omniORB4/omniConnectionMgmt.h>
-
 #include <utility>
 
 #include "client/client.h"
 #include "client/json_view.h"
+#include "panel/own_reference.h"
 
 namespace corbot::panel {
 
@@ -16,14 +15,8 @@ using client::printable;
 using nlohmann::json;
 
 constexpr double kPollTimeout_s = 2.0;
-/// A Stop and a Release return when the arm is at rest, so a slow arm needs more time than a poll.
-constexpr CORBA::ULong kRestTimeout_ms = 10'000;
 /// The port reads the alarms and uses the connection for Stops once in this number of polls.
 constexpr unsigned kSlowPolls = 10;
-/// Groups of connections.
-constexpr CORBA::ULong kStopConnections = 1;
-constexpr CORBA::ULong kCallConnections = 2;
-constexpr CORBA::ULong kMostConnections = 4;
 /// Holder of exclusive control, for people.
 constexpr const char* kHolder = "panel";
 
@@ -88,16 +81,10 @@ json joints_data(const Corbot::JointList& joints) {
   return list;
 }
 
-/// Returns a reference to the object `shared`. Only references of the same group use its connections.
-Corbot::Arm_var own_reference(CORBA::Object_ptr shared, CORBA::ULong group) {
-  const CORBA::Object_var own =
-      omniConnectionMgmt::makeRestrictedReference(shared, group, kMostConnections, 1, false, false, false);
-  return Corbot::Arm::_unchecked_narrow(own.in());
-}
-
-Corbot::Arm_var own_reference(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group) {
+Corbot::Arm_var own_arm(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group) {
   const CORBA::Object_var shared = client::find_object(orb, address);
-  return client::call(address, [&] { return own_reference(shared.in(), group); });
+  return client::call(address,
+                      [&] { return Corbot::Arm_var(own_reference<Corbot::Arm>(shared.in(), group)); });
 }
 
 }  // namespace
@@ -112,7 +99,7 @@ CorbaPort::CorbaPort(CORBA::ORB_ptr orb, std::string robot)
 
 json CorbaPort::connect() {
   address_ = client::find_robot(robot_);
-  stop_connection_ = own_reference(orb_.in(), address_, kStopConnections);
+  stop_connection_ = own_arm(orb_.in(), address_, kStopConnections);
   const Way stop_way = new_way(orb_.in(), address_, kStopConnections);
   const Way call_way = new_way(orb_.in(), address_, kCallConnections);
   {
@@ -152,7 +139,7 @@ json CorbaPort::state() {
 }
 
 CorbaPort::Way CorbaPort::new_way(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group) {
-  Way way{address, own_reference(orb, address, group)};
+  Way way{address, own_arm(orb, address, group)};
   omniORB::setClientCallTimeout(way.arm.in(), kRestTimeout_ms);
   return way;
 }
@@ -180,7 +167,7 @@ json CorbaPort::call(const client::Request& request) {
   if (request.verb == client::Verb::kAcquire) {
     control_ = client::call(way.address, [&] {
       const Corbot::Arm_var control = way.arm->Acquire(kHolder, request.lease_s);
-      return own_reference(control.in(), kCallConnections);
+      return Corbot::Arm_var(own_reference<Corbot::Arm>(control.in(), kCallConnections));
     });
     omniORB::setClientCallTimeout(control_.in(), kRestTimeout_ms);
     return reply;

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "client/explain.h"
-#include "panel/robot_port.h"
+#include "panel/port.h"
 
 namespace corbot::panel {
 
@@ -13,7 +13,7 @@ namespace corbot::panel {
 [[nodiscard]] CORBA::ORB_var start_panel_orb();
 
 /// An arm behind CORBA. Polls, Stops and calls never share a connection.
-class CorbaPort : public RobotPort {
+class CorbaPort : public Port {
  public:
   /// Calls nothing. Each connect() passes `robot` to client::find_robot again.
   CorbaPort(CORBA::ORB_ptr orb, std::string robot);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "panel/http_session.h"
 
+#include <algorithm>
 #include <boost/beast/websocket.hpp>
 #include <utility>
 
@@ -23,6 +24,8 @@ constexpr std::size_t kMostBodyBytes = 4096;
 constexpr std::chrono::seconds kResponseTimeout{60};
 constexpr const char* kText = "text/plain; charset=utf-8";
 constexpr const char* kJson = "application/json";
+constexpr std::string_view kCells = "/api/cells/";
+constexpr std::string_view kPicture = "/picture";
 /// The page runs only its own scripts, connects only to this server, and cannot be embedded in another page.
 constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; "
@@ -91,20 +94,26 @@ void HttpSession::respond(const Request& request) {
 void HttpSession::respond_to_api(const Request& request, std::string_view path) {
   const bool is_get = request.method() == http::verb::get;
   if (path == "/ws" && is_get) return open_socket(request);
-  if (path == "/api/robots" && is_get) return send(Status::ok, kJson, dump(hub_.descriptions()));
+  if (path == "/api/robots" && is_get)
+    return send(Status::ok, kJson, dump(hub_.descriptions(Watched::kRobot)));
+  if (path == "/api/cells" && is_get) return send(Status::ok, kJson, dump(hub_.descriptions(Watched::kCell)));
+  if (path.starts_with(kCells) && path.ends_with(kPicture) && is_get) return send_picture(path);
   if (path == "/api/rights" && is_get) return send(Status::ok, kJson, dump({{"drive", may_drive(request)}}));
   const bool is_post = request.method() == http::verb::post;
   if (path == "/api/stop" && is_post) return take_stop(request);
   if (path == "/api/call" && is_post) return take_call(request);
   refuse(Status::not_found,
-         "there is GET /ws, /api/robots and /api/rights, and POST /api/stop and /api/call");
+         "there is GET /ws, /api/robots, /api/cells, /api/cells/NAME/picture and /api/rights, and POST "
+         "/api/stop and /api/call");
 }
 
 void HttpSession::take_stop(const Request& request) {
   StopOrder order =
       hub_.stop(request.body().empty() ? json::object() : json::parse(request.body(), nullptr, false));
   if (order.is_empty())
-    return refuse(Status::bad_request, "write nothing, {}, or {\"robot\": NAME} with a robot of this panel");
+    return refuse(Status::bad_request,
+                  "write nothing, {}, {\"robot\": NAME} with a robot of this panel, or {\"cell\": NAME} "
+                  "with a cell of it");
   stop_ = std::move(order);
   stream_.expires_never();  // the time-out of the robot's port limits each Stop
   on_change();
@@ -114,16 +123,17 @@ void HttpSession::take_call(const Request& request) {
   if (!may_drive(request))
     return refuse(Status::forbidden, "this token allows to watch and to stop: open the URL to drive");
   const json body = json::parse(request.body(), nullptr, false);
-  const auto name = body.is_object() ? body.find("robot") : body.end();
-  RobotWatch* const robot = name == body.end() ? nullptr : hub_.find(*name);
-  if (robot == nullptr)
-    return refuse_call(Status::bad_request, "write {\"robot\": NAME, \"do\": …} with a robot of this panel");
+  Watch* const watch = hub_.find(body);
+  if (watch == nullptr)
+    return refuse_call(Status::bad_request,
+                       "write {\"robot\": NAME, \"do\": …} with a robot of this panel, or {\"cell\": NAME, "
+                       "\"do\": …} with a cell of it");
   try {
-    call_ = robot->request_call(call_request(body));
+    call_ = watch->request_call(watch->is_for(Watched::kCell) ? cell_request(body) : call_request(body));
   } catch (const client::Failure& failure) {
     return refuse_call(Status::bad_request, failure.what());
   }
-  if (!call_) return refuse_call(Status::conflict, "busy: another call to this robot is in progress");
+  if (!call_) return refuse_call(Status::conflict, "busy: another call to this robot or cell is in progress");
   stream_.expires_never();  // the time-out of the robot's port limits the call
   on_change();
 }
@@ -139,7 +149,8 @@ void HttpSession::on_change() {
   if (!result) return hub_.hold(self());
   stop_.reset();
   bool all_stopped = true;
-  for (const json& robot : result->at("robots")) all_stopped = all_stopped && robot.at("stopped");
+  for (const json& list : *result)
+    for (const json& one : list) all_stopped = all_stopped && one.at("stopped");
   send(all_stopped ? Status::ok : Status::bad_gateway, kJson, dump(*result));
 }
 
@@ -147,6 +158,16 @@ void HttpSession::send_file(std::string_view path) {
   const PageFiles::File* file = hub_.pages.find(path);
   if (file == nullptr) return refuse(Status::not_found, "there is no such file");
   send(Status::ok, file->type, file->bytes);
+}
+
+void HttpSession::send_picture(std::string_view path) {
+  path.remove_prefix(kCells.size());
+  path.remove_suffix(std::min(path.size(), kPicture.size()));
+  const Watch* const cell = hub_.find({{"cell", path}});
+  if (cell == nullptr) return refuse(Status::not_found, "the panel watches no cell of this name");
+  const auto picture = cell->picture();
+  if (!picture) return refuse(Status::not_found, "the camera has given no picture");
+  send(Status::ok, "image/jpeg", *picture);
 }
 
 void HttpSession::open_socket(const Request& request) {

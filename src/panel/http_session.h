@@ -30,6 +30,7 @@ class HttpSession : public Session {
   void take_stop(const Request& request);
   void take_call(const Request& request);
   void send_file(std::string_view path);
+  void send_picture(std::string_view path);
   void open_socket(const Request& request);
   void refuse(Status status, const std::string& text);
   /// Sends {"text": TEXT}.
@@ -47,8 +48,8 @@ class HttpSession : public Session {
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   bool keep_alive_{false};
-  std::optional<StopOrder> stop_;                 // its result is the response
-  std::shared_ptr<const RobotWatch::Call> call_;  // its result is the response
+  std::optional<StopOrder> stop_;            // its result is the response
+  std::shared_ptr<const Watch::Call> call_;  // its result is the response
   std::array<char, 1024> drained_{};
 };
 

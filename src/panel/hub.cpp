@@ -16,45 +16,50 @@ void forget_closed(std::list<std::weak_ptr<Session>>& sessions) {
 }  // namespace
 
 std::optional<json> StopOrder::result() const {
-  json list = json::array();
-  for (const auto& [robot, number] : robots_) {
-    const RobotWatch::StopResult last = robot->last_stop();
+  json result{{"robots", json::array()}};
+  for (const auto& [watch, number] : orders_) {
+    const Watch::StopResult last = watch->last_stop();
     if (last.number < number) return std::nullopt;
-    json entry{{"robot", robot->name()}, {"stopped", last.failure.empty()}};
+    json entry{{watch->key(), watch->name()}, {"stopped", last.failure.empty()}};
     if (!last.failure.empty()) entry["text"] = last.failure;
-    list.push_back(std::move(entry));
+    result[watch->is_for(Watched::kRobot) ? "robots" : "cells"].push_back(std::move(entry));
   }
-  return json{{"robots", std::move(list)}};
+  return result;
 }
 
-Hub::Hub(ServerSettings given, std::vector<std::unique_ptr<RobotWatch>> watched)
-    : settings(std::move(given)), pages(settings.pages), robots(std::move(watched)) {}
+Hub::Hub(ServerSettings given, std::vector<std::unique_ptr<Watch>> watched)
+    : settings(std::move(given)), pages(settings.pages), watches(std::move(watched)) {}
 
 Hub::~Hub() {
-  for (const auto& robot : robots) robot->end();
+  for (const auto& watch : watches) watch->end();
 }
 
 StopOrder Hub::stop(const json& wanted) const {
   StopOrder order;
   if (!wanted.is_object()) return order;
-  const auto name = wanted.find("robot");
-  for (const auto& robot : robots) {
-    if (name == wanted.end() || *name == robot->name()) order.add(*robot);
+  if (wanted.contains("robot") || wanted.contains("cell")) {
+    if (Watch* const one = find(wanted)) order.add(*one);
+    return order;
   }
+  for (const auto& watch : watches) order.add(*watch);
   return order;
 }
 
-RobotWatch* Hub::find(const json& name) const {
-  const auto found =
-      std::find_if(robots.begin(), robots.end(), [&](const auto& robot) { return name == robot->name(); });
-  return found == robots.end() ? nullptr : found->get();
+Watch* Hub::find(const json& wanted) const {
+  if (!wanted.is_object() || wanted.contains("robot") == wanted.contains("cell")) return nullptr;
+  const auto found = std::find_if(watches.begin(), watches.end(), [&](const auto& watch) {
+    const auto name = wanted.find(watch->key());
+    return name != wanted.end() && *name == watch->name();
+  });
+  return found == watches.end() ? nullptr : found->get();
 }
 
-json Hub::descriptions() const {
+json Hub::descriptions(Watched what) const {
   json list = json::array();
-  for (const auto& robot : robots) {
-    json description = robot->description();
-    description["robot"] = robot->name();
+  for (const auto& watch : watches) {
+    if (!watch->is_for(what)) continue;
+    json description = watch->description();
+    description[watch->key()] = watch->name();
     list.push_back(std::move(description));
   }
   return list;

@@ -11,22 +11,22 @@
 #include <vector>
 
 #include "panel/page_files.h"
-#include "panel/robot_watch.h"
 #include "panel/server_settings.h"
+#include "panel/watch.h"
 
 namespace corbot::panel {
 
-/// A requested Stop of one or several robots.
+/// A requested Stop of one or several robots and cells.
 class StopOrder {
  public:
-  void add(RobotWatch& robot) { robots_.emplace_back(&robot, robot.request_stop()); }
-  [[nodiscard]] bool is_empty() const { return robots_.empty(); }
-  /// Returns nothing before the Stops of all robots have ended. The result has the form
-  /// {"robots": [{"robot": …, "stopped": true}, {…, "stopped": false, "text": …}]}
+  void add(Watch& watch) { orders_.emplace_back(&watch, watch.request_stop()); }
+  [[nodiscard]] bool is_empty() const { return orders_.empty(); }
+  /// Returns nothing before all these Stops have ended. The result has the form
+  /// {"robots": [{"robot": …, "stopped": true}, {…, "stopped": false, "text": …}], "cells": [{"cell": …}]}
   [[nodiscard]] std::optional<nlohmann::json> result() const;
 
  private:
-  std::vector<std::pair<RobotWatch*, std::uint64_t>> robots_;
+  std::vector<std::pair<Watch*, std::uint64_t>> orders_;
 };
 
 /// One connection of a browser. All its functions run in the server's thread.
@@ -38,7 +38,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Session& operator=(const Session&) = delete;
   virtual ~Session() = default;
 
-  /// The hub calls it when a robot has a new state or a Stop has ended.
+  /// The hub calls it when a robot or cell has a new state or a Stop has ended.
   virtual void on_change() = 0;
   virtual void close() = 0;
   /// Returns the time since which the connection has waited for a request.
@@ -51,20 +51,20 @@ class Session : public std::enable_shared_from_this<Session> {
   Clock::time_point idle_since_{Clock::now()};
 };
 
-/// The robots, pages and sessions that all connections of one server share.
+/// The robots, cells, pages and sessions that all connections of one server share.
 class Hub {
  public:
-  Hub(ServerSettings settings, std::vector<std::unique_ptr<RobotWatch>> robots);
+  Hub(ServerSettings settings, std::vector<std::unique_ptr<Watch>> watches);
   Hub(const Hub&) = delete;
   Hub& operator=(const Hub&) = delete;
   ~Hub();
 
-  /// Requests Stops at once: {} stops all robots, {"robot": NAME} stops one. The order is empty if `wanted`
-  /// is no object or names an unknown robot.
+  /// Requests Stops at once: {} stops all robots and cells, {"robot": NAME} or {"cell": NAME} stops one. The
+  /// order is empty if `wanted` is no object or names none of this panel.
   [[nodiscard]] StopOrder stop(const nlohmann::json& wanted) const;
-  /// Returns the robot of that name; null if there is none.
-  [[nodiscard]] RobotWatch* find(const nlohmann::json& name) const;
-  [[nodiscard]] nlohmann::json descriptions() const;
+  /// Returns what {"robot": NAME} or {"cell": NAME} names; null if there is none.
+  [[nodiscard]] Watch* find(const nlohmann::json& wanted) const;
+  [[nodiscard]] nlohmann::json descriptions(Watched what) const;
 
   /// Adds a connection. If there are too many, closes those that have been idle for longest.
   void add_request(const std::shared_ptr<Session>& session);
@@ -77,7 +77,7 @@ class Hub {
   const ServerSettings settings;
   const PageFiles pages;
   boost::asio::io_context io{1};
-  const std::vector<std::unique_ptr<RobotWatch>> robots;  // declared after io: their threads post to io
+  const std::vector<std::unique_ptr<Watch>> watches;  // declared after io: their threads post to io
 
  private:
   using Sessions = std::list<std::weak_ptr<Session>>;

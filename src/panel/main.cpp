@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// corbot-panel serves a web page on which people watch, stop and move robots. It is an ordinary client of
-// them.
+// corbot-panel serves a web page on which people watch, stop and move robots and cells. It is an
+// ordinary client of them.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -15,11 +15,13 @@
 #include <utility>
 #include <vector>
 
+#include "cell/running_cells.h"
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/local_robots.h"
 #include "client/notice.h"
 #include "client/stop_on_signal.h"
+#include "panel/cell_port.h"
 #include "panel/corba_port.h"
 #include "panel/server.h"
 #include "panel/tokens.h"
@@ -33,23 +35,68 @@ using client::Failure;
 
 struct Options {
   std::vector<std::string> robots;
+  std::vector<std::string> cells;
   ServerSettings server{};
   std::string token_file;
 };
 
-/// Returns the robots that the panel shows, each once.
-std::vector<std::string> robots_of(const Options& options) {
-  std::vector<std::string> robots = options.robots.empty() ? client::robots_up() : options.robots;
-  if (robots.empty())
+/// The robots and cells that the panel shows.
+struct Shown {
+  std::vector<std::string> robots;
+  std::vector<cell::CellConfig> cells;
+};
+
+cell::CellConfig load(const std::string& word) {
+  try {
+    return cell::find_cell(word);
+  } catch (const ConfigError& error) {
+    throw Failure(ExitCode::kUsage, error.what());
+  } catch (const Failure& failure) {
+    throw Failure(failure.code(), fmt::format("--cell {}: {}", client::printable(word), failure.what()));
+  }
+}
+
+template <class List>
+void check_once(const char* what, const List& list) {
+  for (auto one = list.begin(); one != list.end(); ++one) {
+    if (std::find(list.begin(), one, *one) != one)
+      throw Failure(ExitCode::kUsage, fmt::format("{} {}: is named twice", what, client::printable(*one)));
+  }
+}
+
+std::vector<cell::CellConfig> cells_of(const Options& options) {
+  std::vector<std::string> words = options.cells;
+  if (words.empty() && options.robots.empty()) {
+    for (const fs::path& directory : cell::running_cells()) words.push_back(directory.string());
+  }
+  std::vector<cell::CellConfig> cells;
+  std::vector<std::string> names;
+  for (const std::string& word : words) {
+    cells.push_back(load(word));
+    names.push_back(cells.back().name);
+  }
+  check_once("--cell", names);
+  return cells;
+}
+
+/// The robots of a shown cell that run on this machine are shown, too.
+Shown shown_by(const Options& options) {
+  Shown shown{options.robots, cells_of(options)};
+  if (options.robots.empty() && options.cells.empty()) shown.robots = client::robots_up();
+  check_once("ROBOT", shown.robots);
+  for (const cell::CellConfig& cell : shown.cells) {
+    for (const cell::CellRobot& robot : cell.robots) {
+      const std::string name = cell.robot_name(robot);
+      if (!robot.profile.empty() && std::count(shown.robots.begin(), shown.robots.end(), name) == 0)
+        shown.robots.push_back(name);
+    }
+  }
+  if (shown.robots.empty() && shown.cells.empty())
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("no robot is up on this machine ({}): start one with 'corbot up PROFILE', or "
-                              "write HOST:PORT/NAME of a robot elsewhere",
+                              "write HOST:PORT/NAME of a robot elsewhere; no cell runs, either",
                               client::where_looked()));
-  for (auto robot = robots.begin(); robot != robots.end(); ++robot) {
-    if (std::find(robots.begin(), robot, *robot) != robot)
-      throw Failure(ExitCode::kUsage, fmt::format("ROBOT {}: is named twice", client::printable(*robot)));
-  }
-  return robots;
+  return shown;
 }
 
 bool is_page(const fs::path& directory) {
@@ -117,16 +164,21 @@ void serve(const Options& options) {
   const client::OnSignal signal({});  // before the ORB starts threads
   ServerSettings settings = options.server;
   settings.pages = page_directory(settings.pages);
-  const std::vector<std::string> names = robots_of(options);
+  Shown shown = shown_by(options);
   const Tokens tokens = new_tokens();
   settings.watch_token = tokens.watch;
   settings.drive_token = tokens.drive;
   if (!is_any(settings.host)) settings.more_hosts.push_back(in_brackets(settings.host));
   const CORBA::ORB_var orb = start_panel_orb();
-  std::vector<std::unique_ptr<RobotWatch>> robots;
-  for (const std::string& name : names)
-    robots.push_back(std::make_unique<RobotWatch>(name, std::make_unique<CorbaPort>(orb.in(), name)));
-  Server server(settings, std::move(robots));
+  std::vector<std::unique_ptr<Watch>> watches;
+  for (const std::string& name : shown.robots)
+    watches.push_back(std::make_unique<Watch>(name, std::make_unique<CorbaPort>(orb.in(), name)));
+  for (cell::CellConfig& cell : shown.cells) {
+    const std::string name = cell.name;
+    watches.push_back(
+        std::make_unique<Watch>(name, std::make_unique<CellPort>(orb.in(), std::move(cell)), Watched::kCell));
+  }
+  Server server(settings, std::move(watches));
   const TokenFile file(token_path(options, server.port()), tokens);
   warn(options.server);
   std::thread serving([&] { server.run(); });
@@ -150,8 +202,15 @@ int run(int argc, char** argv) {
   CLI::App app("Serves a web page on which people watch, stop and move robots", "corbot-panel");
   Options options;
   options.server.port = 8080;
-  app.add_option("ROBOT", options.robots,
-                 "Names of robots that are up here, or HOST:PORT/NAME; none: all that are up here");
+  app.add_option(
+      "ROBOT", options.robots,
+      "Names of robots that are up here, or HOST:PORT/NAME; neither ROBOT nor --cell: all that are "
+      "up here");
+  app.add_option(
+         "--cell", options.cells,
+         "Cell to show: its name or state directory if it runs here, or its TOML file; can be repeated")
+      ->type_name("CELL")
+      ->allow_extra_args(false);  // a ROBOT may follow
   app.add_option("--port", options.server.port, "Port to listen on; 0: any free one")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();

@@ -45,12 +45,12 @@ tcp::acceptor listen(asio::io_context& io, const std::string& host, int port) {
 
 class Server::Listener {
  public:
-  Listener(ServerSettings settings, std::vector<std::unique_ptr<RobotWatch>> robots)
-      : hub_(std::move(settings), std::move(robots)),
+  Listener(ServerSettings settings, std::vector<std::unique_ptr<Watch>> watches)
+      : hub_(std::move(settings), std::move(watches)),
         acceptor_(listen(hub_.io, hub_.settings.host, hub_.settings.port)),
         pause_(hub_.io) {
     accept();
-    for (const auto& robot : hub_.robots) robot->start([this] { on_change(); });
+    for (const auto& watch : hub_.watches) watch->start([this] { on_change(); });
   }
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
@@ -96,8 +96,8 @@ class Server::Listener {
   asio::steady_timer pause_;
 };
 
-Server::Server(ServerSettings settings, std::vector<std::unique_ptr<RobotWatch>> robots)
-    : listener_(std::make_unique<Listener>(std::move(settings), std::move(robots))) {}
+Server::Server(ServerSettings settings, std::vector<std::unique_ptr<Watch>> watches)
+    : listener_(std::make_unique<Listener>(std::move(settings), std::move(watches))) {}
 Server::~Server() = default;
 int Server::port() const { return listener_->port(); }
 void Server::run() { listener_->run(); }

@@ -20,7 +20,7 @@ std::shared_ptr<const std::string> text_of(const json& data) {
 }  // namespace
 
 SocketSession::SocketSession(Hub& hub, beast::tcp_stream stream)
-    : hub_(hub), socket_(std::move(stream)), sent_(hub.robots.size()) {}
+    : hub_(hub), socket_(std::move(stream)), sent_(hub.watches.size()) {}
 
 std::shared_ptr<SocketSession> SocketSession::self() {
   return std::static_pointer_cast<SocketSession>(shared_from_this());
@@ -59,8 +59,9 @@ void SocketSession::take(const std::string& message) {
   StopOrder order;
   if (wanted.is_object() && wanted.contains("stop")) order = hub_.stop(wanted["stop"]);
   if (order.is_empty()) {
-    reply_ = text_of(
-        {{"error", "write {\"stop\": {}}, or {\"stop\": {\"robot\": NAME}} with a robot of this panel"}});
+    reply_ = text_of({{"error",
+                       "write {\"stop\": {}}, or {\"stop\": {\"robot\": NAME}} with a robot of this panel, "
+                       "or \"cell\" with a cell"}});
   } else {
     stop_ = std::move(order);
   }
@@ -79,10 +80,10 @@ void SocketSession::on_change() {
 std::shared_ptr<const std::string> SocketSession::next_text() {
   if (reply_) return std::exchange(reply_, nullptr);
   for (std::size_t tried = 0; tried < sent_.size(); ++tried) {
-    const std::size_t robot = turn_;
+    const std::size_t watch = turn_;
     turn_ = (turn_ + 1) % sent_.size();
-    const RobotWatch::State newest = hub_.robots[robot]->newest();
-    if (newest.number != std::exchange(sent_[robot], newest.number)) return newest.text;
+    const Watch::State newest = hub_.watches[watch]->newest();
+    if (newest.number != std::exchange(sent_[watch], newest.number)) return newest.text;
   }
   return nullptr;
 }

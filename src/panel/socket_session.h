@@ -38,8 +38,8 @@ class SocketSession : public Session {
   boost::beast::flat_buffer buffer_;
   bool is_open_{false};
   std::shared_ptr<const std::string> sending_;
-  std::vector<std::uint64_t> sent_;  // for each robot, the number of the state that was sent last
-  std::size_t turn_{0};              // index of the robot whose state is next
+  std::vector<std::uint64_t> sent_;  // for each watch, the number of the state that was sent last
+  std::size_t turn_{0};              // index of the watch whose state is next
   std::optional<StopOrder> stop_;    // its result is to be sent; a newer order replaces it
   std::shared_ptr<const std::string> reply_;
 };

@@ -20,6 +20,7 @@
 #include <sstream>
 #include <vector>
 
+#include "cell/running_cells.h"
 #include "cell/store/database.h"
 #include "cli/cell/cell_processes.h"
 #include "java_robot.h"
@@ -783,7 +784,7 @@ class CellDriven : public CellUp {
     overrides.state_directory = state();
     const cell::CellConfig cell = cell::load_cell(directory_ / "cell.toml", overrides);
     cli::write_profiles(cell);
-    cli::publish_addresses(cell);
+    cell::publish_addresses(cell, directory_ / "cell.toml");
     robot_.emplace(std::vector<std::string>{CORBOT_BIN_DIR "/corbot", "up",
                                             (state() / "robots" / "robot1.toml").string(), "--name", robot(),
                                             "--endpoint", fmt::format("127.0.0.1:{}", ports_ + 3)},

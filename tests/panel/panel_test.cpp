@@ -28,8 +28,8 @@ class Panel : public test::RobotRig {
     ServerSettings settings;
     settings.pages = CORBOT_SOURCE_DIR "/docs/pictures";
     settings.watch_token = kToken;
-    std::vector<std::unique_ptr<RobotWatch>> robots;
-    robots.push_back(std::make_unique<RobotWatch>("arm", std::make_unique<CorbaPort>(orb.in(), reference_)));
+    std::vector<std::unique_ptr<Watch>> robots;
+    robots.push_back(std::make_unique<Watch>("arm", std::make_unique<CorbaPort>(orb.in(), reference_)));
     server_ = std::make_unique<Server>(settings, std::move(robots));
     thread_ = std::thread([this] { server_->run(); });
   }

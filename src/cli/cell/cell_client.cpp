@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "cell/orb_server.h"
+#include "cell/running_cells.h"
 #include "cli/cell/cell_directory.h"
 #include "client/explain.h"
 
@@ -62,7 +63,7 @@ std::string refusal_text(const Corbot::BadParameter& error) {
 std::string silence_text(const std::string& what, const std::string& uri, const std::string& error,
                          const std::filesystem::path& directory) {
   const std::string hint =
-      holder_of(directory)
+      cell::holder_of(directory)
           ? fmt::format(
                 "a cell is up in {}, which starts it again: repeat the command, with the --ports of its "
                 "'up'; 'corbot hold' stops an arm at once, until 'corbot clear'",

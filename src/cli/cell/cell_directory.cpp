@@ -11,6 +11,7 @@
 #include <deque>
 #include <fstream>
 
+#include "cell/running_cells.h"
 #include "cell/scene_record.h"
 #include "cli/cell/cell_processes.h"
 #include "client/explain.h"
@@ -26,7 +27,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr const char* kLock = "lock";
 constexpr std::size_t kShownLines = 4;  // of a log
 
 }  // namespace
@@ -40,26 +40,18 @@ CellConfig load_for_command(const cell::CellOptions& options) {
 }
 
 DirectoryLock::DirectoryLock(const fs::path& directory)
-    : fd_(::open((directory / kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-  if (fd_.get() < 0) throw client::system_failure(directory / kLock, errno);
+    : fd_(::open((directory / cell::kLock).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
+  if (fd_.get() < 0) throw client::system_failure(directory / cell::kLock, errno);
   if (::flock(fd_.get(), LOCK_EX | LOCK_NB) == 0) {
     const std::string pid = fmt::format("{}\n", ::getpid());
     if (::ftruncate(fd_.get(), 0) == 0 && ::write(fd_.get(), pid.data(), pid.size()) > 0) return;
-    throw client::system_failure(directory / kLock, errno);
+    throw client::system_failure(directory / cell::kLock, errno);
   }
   throw Failure(
       ExitCode::kInternal,
       fmt::format("a cell runs in {} already: 'corbot cell status' shows it, 'corbot cell down' ends "
                   "it, and --name or --state-dir chooses another directory",
                   directory.string()));
-}
-
-std::optional<pid_t> holder_of(const fs::path& directory) {
-  const Descriptor fd(::open((directory / kLock).c_str(), O_RDONLY | O_CLOEXEC));
-  if (fd.get() < 0 || ::flock(fd.get(), LOCK_SH | LOCK_NB) == 0) return std::nullopt;
-  std::ifstream stream(directory / kLock);
-  pid_t pid = 0;
-  return stream >> pid && pid > 1 ? std::optional(pid) : std::nullopt;
 }
 
 std::string hold_note(const cell::CellConfig& cell) {
@@ -74,7 +66,7 @@ void begin_anew(const CellConfig& cell, bool world_runs) {
   const std::string ledger = cell.ledger.filename();
   const bool has_ledger = cell.scene && cell.store_reference.empty();
   try {
-    fs::remove(cell.state_directory / kAddresses);
+    fs::remove(cell.state_directory / cell::kAddresses);
     fs::remove_all(previous);
     cell::make_private_directory(previous);
     for (const auto& entry : fs::directory_iterator(cell.state_directory)) {

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include "cell/program.h"
@@ -24,8 +21,6 @@ class DirectoryLock {
  private:
   Descriptor fd_;
 };
-/// Returns the process that holds the directory, or nothing.
-[[nodiscard]] std::optional<pid_t> holder_of(const std::filesystem::path& directory);
 
 /// Describes a stop or a pause of an earlier run that still holds the work, or returns "".
 [[nodiscard]] std::string hold_note(const cell::CellConfig& cell);

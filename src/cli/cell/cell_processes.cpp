@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <system_error>
 #include <utility>
 
@@ -105,24 +104,6 @@ void write_profiles(const CellConfig& cell) {
     if (!(file << text).flush())
       throw Failure(ExitCode::kInternal, profile_of(cell, robot).string() + ": cannot be written");
   }
-}
-
-void publish_addresses(const CellConfig& cell) {
-  nlohmann::json robots = nlohmann::json::object();
-  for (const CellRobot& robot : cell.robots) robots[robot.name] = cell.robot_uri(robot);
-  const nlohmann::json addresses{{"name", cell.name},
-                                 {"store", cell.store_uri()},
-                                 {"camera", cell.camera_uri()},
-                                 {"coordinator", cell.coordinator_uri()},
-                                 {"robots", robots}};
-  const fs::path path = cell.state_directory / kAddresses;
-  const fs::path unfinished = path.string() + ".new";
-  std::error_code refused;
-  if (std::ofstream file(unfinished); (file << addresses.dump() << '\n').flush())
-    fs::rename(unfinished, path, refused);
-  else
-    refused = std::make_error_code(std::errc::io_error);
-  if (refused) throw Failure(ExitCode::kInternal, path.string() + ": cannot be written");
 }
 
 std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell::CellOptions& options,

@@ -16,8 +16,6 @@ inline constexpr const char* kScene = "scene";
 inline constexpr const char* kCoordinator = "coordinator";
 /// Subdirectory of the state directory for profiles and states of the robots that the cell starts.
 inline constexpr const char* kRobots = "robots";
-/// File in the state directory with the addresses of the cell's programs and robots.
-inline constexpr const char* kAddresses = "cell.json";
 
 /// Returns the log file of the program with this title.
 [[nodiscard]] std::filesystem::path log_file(const cell::CellConfig& cell, const std::string& title);
@@ -31,8 +29,6 @@ void check_installation(const cell::CellConfig& cell);
 [[nodiscard]] std::string profile_text(const cell::CellConfig& cell, const cell::CellRobot& robot);
 /// Writes each of these profiles to the state directory.
 void write_profiles(const cell::CellConfig& cell);
-/// Writes kAddresses, by which clients find a running cell (its directory is locked). Throws Failure.
-void publish_addresses(const cell::CellConfig& cell);
 /// Whether the coordinator waits for Start or begins at once.
 enum class Begin { kAtStart, kAtOnce };
 

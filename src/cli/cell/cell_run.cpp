@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "cell/pictures/scene_motion.h"
+#include "cell/running_cells.h"
 #include "cell/scene_record.h"
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_directory.h"
@@ -198,7 +199,7 @@ class Run {
     for (Supervisor::Spec& spec :
          cell_processes(cell_, options_.cell, Begin::kAtStart, [](const std::string& line) { report(line); }))
       if (!start(std::move(spec))) throw Failure(ExitCode::kStopped, "stopped before the work began");
-    publish_addresses(cell_);
+    cell::publish_addresses(cell_, options_.cell.file);
     report(fmt::format("{} runs: coordinator at {}, logs in {}", cell_.name, cell_.coordinator_uri(),
                        cell_.state_directory.string()));
     Work work(cell_);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "cell/running_cells.h"
 #include "cli/cell/cell_client.h"
 #include "cli/cell/cell_directory.h"
 #include "cli/cell/cell_processes.h"
@@ -52,7 +53,7 @@ class Stay {
       if (!supervisor_.start(std::move(spec))) return supervisor_.stop_all();
       if (title == kScene) scene_ = supervisor_.pid_of(kScene);
     }
-    publish_addresses(cell_);
+    cell::publish_addresses(cell_, options.file);
     is_up_ = true;
     manager_.ready(fmt::format("{} is up", cell_.name));
     report(
@@ -101,11 +102,11 @@ void cell_down(const cell::CellOptions& options) {
   const auto nothing_runs = [&] {
     return Failure(ExitCode::kUnreachable, fmt::format("no cell runs in {}", cell.state_directory.string()));
   };
-  const auto holder = holder_of(cell.state_directory);
+  const auto holder = cell::holder_of(cell.state_directory);
   if (!holder) throw nothing_runs();
   // With a pidfd the signal cannot reach another process that has reused the pid.
   const Descriptor process(static_cast<int>(::syscall(SYS_pidfd_open, *holder, 0)));
-  if (process.get() < 0 || holder_of(cell.state_directory) != holder) throw nothing_runs();
+  if (process.get() < 0 || cell::holder_of(cell.state_directory) != holder) throw nothing_runs();
   if (::syscall(SYS_pidfd_send_signal, process.get(), SIGTERM, nullptr, 0) != 0 && errno != ESRCH)
     throw client::system_failure(fmt::format("process {}", *holder), errno);
   pollfd end{process.get(), POLLIN, 0};

@@ -8,11 +8,11 @@
 #include <string>
 #include <utility>
 
-#include "panel/robot_watch.h"
+#include "panel/watch.h"
 
 namespace corbot::panel {
 
-/// A simulated robot. A test makes its calls fail, or hang until the test releases them.
+/// A simulated robot or cell. A test makes its calls fail, or hang until the test releases them.
 class FakeRobot {
  public:
   /// Makes the polls in progress and all later polls hang, or releases them.
@@ -20,8 +20,13 @@ class FakeRobot {
   void set_stops_hang(bool hang) { set(stops_hang_, hang); }
   void set_calls_hang(bool hang) { set(calls_hang_, hang); }
   void set_fault(std::string text) { set(fault_, std::move(text)); }
+  void set_picture(const std::string& bytes) { set(picture_, std::make_shared<const std::string>(bytes)); }
   void set_padding(std::string text) { set(padding_, std::move(text)); }
 
+  [[nodiscard]] std::shared_ptr<const std::string> picture() const {
+    const std::lock_guard lock(mutex_);
+    return picture_;
+  }
   [[nodiscard]] int stops() const { return get(stops_); }
   [[nodiscard]] int polls() const { return get(polls_); }
   [[nodiscard]] int hanging_polls() const { return get(hanging_polls_); }
@@ -85,6 +90,7 @@ class FakeRobot {
   bool calls_hang_{false};
   std::string fault_;
   std::string padding_;
+  std::shared_ptr<const std::string> picture_;
   int polls_{0};
   int stops_{0};
   int hanging_polls_{0};
@@ -93,7 +99,7 @@ class FakeRobot {
   std::string calls_;
 };
 
-class FakePort : public RobotPort {
+class FakePort : public Port {
  public:
   explicit FakePort(std::shared_ptr<FakeRobot> robot) : robot_(std::move(robot)) {}
   nlohmann::json connect() override {
@@ -103,6 +109,7 @@ class FakePort : public RobotPort {
   nlohmann::json state() override { return robot_->state(); }
   void stop() override { robot_->stop(); }
   nlohmann::json call(const client::Request& request) override { return robot_->call(request); }
+  [[nodiscard]] std::shared_ptr<const std::string> picture() const override { return robot_->picture(); }
 
  private:
   std::shared_ptr<FakeRobot> robot_;

@@ -41,7 +41,7 @@ class PanelServer : public testing::Test {
     settings_.drive_token = kDriveToken;
   }
   ~PanelServer() override {
-    for (const auto& robot : {one_, two_}) {
+    for (const auto& robot : {one_, two_, cell_}) {
       robot->set_polls_hang(false);
       robot->set_stops_hang(false);
       robot->set_calls_hang(false);
@@ -64,11 +64,13 @@ class PanelServer : public testing::Test {
   static Response call(int port, const std::string& body) {
     return Browser(port).ask(to_drive(http::verb::post, "/api/call", body));
   }
-  int start() {
-    std::vector<std::unique_ptr<RobotWatch>> robots;
-    robots.push_back(std::make_unique<RobotWatch>("one", std::make_unique<FakePort>(one_)));
-    robots.push_back(std::make_unique<RobotWatch>("two", std::make_unique<FakePort>(two_)));
-    server_ = std::make_unique<Server>(settings_, std::move(robots));
+  int start(bool with_cell = false) {
+    std::vector<std::unique_ptr<Watch>> watches;
+    watches.push_back(std::make_unique<Watch>("one", std::make_unique<FakePort>(one_)));
+    watches.push_back(std::make_unique<Watch>("two", std::make_unique<FakePort>(two_)));
+    if (with_cell)
+      watches.push_back(std::make_unique<Watch>("one", std::make_unique<FakePort>(cell_), Watched::kCell));
+    server_ = std::make_unique<Server>(settings_, std::move(watches));
     thread_ = std::thread([this] { server_->run(); });
     return server_->port();
   }
@@ -77,6 +79,7 @@ class PanelServer : public testing::Test {
   ServerSettings settings_;
   std::shared_ptr<FakeRobot> one_ = std::make_shared<FakeRobot>();
   std::shared_ptr<FakeRobot> two_ = std::make_shared<FakeRobot>();
+  std::shared_ptr<FakeRobot> cell_ = std::make_shared<FakeRobot>();  // named like the first robot
   std::unique_ptr<Server> server_;
   std::thread thread_;
 };
@@ -372,6 +375,57 @@ TEST_F(PanelServer, ClosesAWebSocketThatAnswersNoPing) {
   Page silent(port);
   ASSERT_FALSE(silent.error());
   EXPECT_TRUE(wait_until([&] { return !Page(port).error(); }));
+}
+
+TEST_F(PanelServer, ShowsACellBesideItsRobots) {
+  const int port = start(true);
+  Page page(port);
+  EXPECT_EQ(page.read_until("cell")["cell"], "one");
+  EXPECT_EQ(page.read_until("robot").contains("cell"), false);
+  Browser browser(port);
+  EXPECT_TRUE(wait_until([&] { return json::parse(browser.get("/api/cells").body())[0].contains("urdf"); }));
+  EXPECT_EQ(json::parse(browser.get("/api/robots").body()).size(), 2);
+  EXPECT_EQ(browser.get("/api/cells/one/picture").result(), http::status::not_found);
+  cell_->set_picture("a picture");
+  const Response picture = browser.get("/api/cells/one/picture");
+  EXPECT_EQ(picture.body(), "a picture");
+  EXPECT_EQ(picture[http::field::content_type], "image/jpeg");
+  EXPECT_EQ(browser.get("/api/cells/two/picture").result(), http::status::not_found);
+  EXPECT_EQ(browser.get("/api/cells/picture").result(), http::status::not_found);
+}
+
+TEST_F(PanelServer, StartsPausesAndStopsACell) {
+  const int port = start(true);
+  EXPECT_EQ(call(port, R"({"cell": "one", "do": "start"})").result(), http::status::ok);
+  EXPECT_EQ(call(port, R"({"cell": "one", "do": "pause"})").result(), http::status::ok);
+  EXPECT_EQ(cell_->calls(), "resume\npause\n");
+  EXPECT_EQ(Browser(port).post("/api/call", R"({"cell": "one", "do": "start"})").result(),
+            http::status::forbidden);
+  const Response stop = call(port, R"({"cell": "one", "do": "stop"})");
+  EXPECT_EQ(stop.result(), http::status::bad_request);
+  EXPECT_THAT(stop.body(), HasSubstr("POST /api/stop"));
+  EXPECT_EQ(call(port, R"({"cell": "one", "do": "start", "time_s": 1})").result(), http::status::bad_request);
+  EXPECT_EQ(one_->calls(), "");
+  const Response stopped = Browser(port).post("/api/stop", R"({"cell": "one"})");
+  EXPECT_EQ(json::parse(stopped.body())["cells"], json::parse(R"([{"cell": "one", "stopped": true}])"));
+  EXPECT_EQ(cell_->stops(), 1);
+  EXPECT_EQ(one_->stops(), 0);
+  cell_->set_fault("the store has not noted it");
+  EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::bad_gateway);
+  EXPECT_EQ(one_->stops(), 1);
+  EXPECT_EQ(Browser(port).post("/api/stop", R"({"cell": "two"})").result(), http::status::bad_request);
+}
+
+TEST_F(PanelServer, AStopAlsoEndsAStartOfACellThatIsUnderWay) {
+  cell_->set_calls_hang(true);
+  const int port = start(true);
+  std::thread hanging(
+      [&] { EXPECT_EQ(call(port, R"({"cell": "one", "do": "start"})").result(), http::status::conflict); });
+  EXPECT_TRUE(wait_until([&] { return cell_->hanging_calls() == 1; }));
+  EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::ok);
+  cell_->set_calls_hang(false);
+  hanging.join();
+  EXPECT_TRUE(wait_until([&] { return cell_->stops() == 2; }));
 }
 
 TEST_F(PanelServer, SaysWhyItCannotListen) {

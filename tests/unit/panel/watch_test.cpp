@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panel/robot_watch.h"
+#include "panel/watch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,9 +16,9 @@ using nlohmann::json;
 using test::wait_until;
 using testing::HasSubstr;
 
-class Watch : public testing::Test {
+class PanelWatch : public testing::Test {
  protected:
-  ~Watch() override {
+  ~PanelWatch() override {
     robot_->set_polls_hang(false);
     robot_->set_stops_hang(false);
     robot_->set_calls_hang(false);
@@ -27,16 +27,16 @@ class Watch : public testing::Test {
     watch_.start([this] { ++changes_; });
   }
   [[nodiscard]] json newest() const {
-    const RobotWatch::State state = watch_.newest();
+    const Watch::State state = watch_.newest();
     return state.text ? json::parse(*state.text) : json::object();
   }
 
   std::shared_ptr<FakeRobot> robot_ = std::make_shared<FakeRobot>();
   std::atomic<int> changes_{0};
-  RobotWatch watch_{"one", std::make_unique<FakePort>(robot_)};
+  Watch watch_{"one", std::make_unique<FakePort>(robot_)};
 };
 
-TEST_F(Watch, PublishesEachPollWithANumberThatRises) {
+TEST_F(PanelWatch, PublishesEachPollWithANumberThatRises) {
   start();
   ASSERT_TRUE(wait_until([&] { return newest().value("poll", 0) >= 2; }));
   const json first = newest();
@@ -48,7 +48,7 @@ TEST_F(Watch, PublishesEachPollWithANumberThatRises) {
   EXPECT_GE(changes_, 2);
 }
 
-TEST_F(Watch, ShowsAFailureAndConnectsAgain) {
+TEST_F(PanelWatch, ShowsAFailureAndConnectsAgain) {
   robot_->set_fault("no servant at 127.0.0.1:1");
   start();
   ASSERT_TRUE(wait_until([&] { return newest().contains("text"); }));
@@ -63,7 +63,7 @@ TEST_F(Watch, ShowsAFailureAndConnectsAgain) {
   EXPECT_EQ(newest()["connection"], 2);
 }
 
-TEST_F(Watch, StopsWhileAPollHangs) {
+TEST_F(PanelWatch, StopsWhileAPollHangs) {
   robot_->set_polls_hang(true);
   start();
   ASSERT_TRUE(wait_until([&] { return robot_->hanging_polls() == 1; }));
@@ -74,7 +74,7 @@ TEST_F(Watch, StopsWhileAPollHangs) {
   EXPECT_EQ(robot_->hanging_polls(), 1);
 }
 
-TEST_F(Watch, SaysWhyAStopFailed) {
+TEST_F(PanelWatch, SaysWhyAStopFailed) {
   robot_->set_fault("no answer");
   start();
   const std::uint64_t number = watch_.request_stop();
@@ -83,7 +83,7 @@ TEST_F(Watch, SaysWhyAStopFailed) {
 }
 
 // A motion may begin after the first Stop has ended. The watch must not drop the second Stop then.
-TEST_F(Watch, CarriesOutAStopThatComesDuringAnother) {
+TEST_F(PanelWatch, CarriesOutAStopThatComesDuringAnother) {
   robot_->set_stops_hang(true);
   start();
   (void)watch_.request_stop();
@@ -95,7 +95,7 @@ TEST_F(Watch, CarriesOutAStopThatComesDuringAnother) {
   EXPECT_EQ(robot_->stops(), 2);
 }
 
-TEST_F(Watch, CarriesOutAStopBeforeItEnds) {
+TEST_F(PanelWatch, CarriesOutAStopBeforeItEnds) {
   robot_->set_stops_hang(true);
   start();
   (void)watch_.request_stop();
@@ -107,7 +107,7 @@ TEST_F(Watch, CarriesOutAStopBeforeItEnds) {
   EXPECT_EQ(robot_->stops(), 2);
 }
 
-TEST_F(Watch, MakesOneCallAtATime) {
+TEST_F(PanelWatch, MakesOneCallAtATime) {
   robot_->set_calls_hang(true);
   start();
   const auto first = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
@@ -127,7 +127,7 @@ TEST_F(Watch, MakesOneCallAtATime) {
   EXPECT_EQ(robot_->stops(), 0);
 }
 
-TEST_F(Watch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
+TEST_F(PanelWatch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
   robot_->set_calls_hang(true);
   start();
   const auto call = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
@@ -141,7 +141,7 @@ TEST_F(Watch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
   EXPECT_THAT(call->failure, HasSubstr("a Stop was requested"));
 }
 
-TEST_F(Watch, AStopDuringACallThatMovesNothingIsNotRepeated) {
+TEST_F(PanelWatch, AStopDuringACallThatMovesNothingIsNotRepeated) {
   robot_->set_calls_hang(true);
   start();
   const auto call = watch_.request_call({.verb = client::Verb::kClear, .numbers = {}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "panel/robot_watch.h"
+#include "panel/watch.h"
 
 #include <algorithm>
 #include <chrono>
@@ -9,54 +9,55 @@ namespace corbot::panel {
 
 namespace {
 constexpr std::chrono::milliseconds kPollInterval{20};
+constexpr std::chrono::milliseconds kCellPollInterval{160};
 constexpr std::chrono::milliseconds kReconnectInterval{500};
 }  // namespace
 
-RobotWatch::RobotWatch(std::string name, std::unique_ptr<RobotPort> port)
-    : name_(std::move(name)), port_(std::move(port)) {}
+Watch::Watch(std::string name, std::unique_ptr<Port> port, Watched what)
+    : name_(std::move(name)), port_(std::move(port)), what_(what) {}
 
-RobotWatch::~RobotWatch() {
+Watch::~Watch() {
   end();
   if (polls_.joinable()) polls_.join();
   if (calls_.joinable()) calls_.join();
   if (stops_.joinable()) stops_.join();
 }
 
-void RobotWatch::start(std::function<void()> changed) {
+void Watch::start(std::function<void()> changed) {
   changed_ = std::move(changed);
   stops_ = std::thread([this] { run_stops(); });
   calls_ = std::thread([this] { run_calls(); });
   polls_ = std::thread([this] { run_polls(); });
 }
 
-void RobotWatch::end() {
+void Watch::end() {
   const std::lock_guard lock(mutex_);
   ending_ = true;
   wake_.notify_all();
 }
 
-RobotWatch::State RobotWatch::newest() const {
+Watch::State Watch::newest() const {
   const std::lock_guard lock(mutex_);
   return newest_;
 }
 
-nlohmann::json RobotWatch::description() const {
+nlohmann::json Watch::description() const {
   const std::lock_guard lock(mutex_);
   return description_;
 }
 
-std::uint64_t RobotWatch::request_stop() {
+std::uint64_t Watch::request_stop() {
   const std::lock_guard lock(mutex_);
   wake_.notify_all();
   return ++stops_requested_;
 }
 
-RobotWatch::StopResult RobotWatch::last_stop() const {
+Watch::StopResult Watch::last_stop() const {
   const std::lock_guard lock(mutex_);
   return last_stop_;
 }
 
-std::shared_ptr<const RobotWatch::Call> RobotWatch::request_call(client::Request request) {
+std::shared_ptr<const Watch::Call> Watch::request_call(client::Request request) {
   const std::lock_guard lock(mutex_);
   if (call_) return nullptr;
   call_ = std::make_shared<Call>(std::move(request), stops_requested_);
@@ -64,13 +65,13 @@ std::shared_ptr<const RobotWatch::Call> RobotWatch::request_call(client::Request
   return call_;
 }
 
-bool RobotWatch::sleep_until(Clock::time_point time) {
+bool Watch::sleep_until(Clock::time_point time) {
   std::unique_lock lock(mutex_);
   return !wake_.wait_until(lock, time, [&] { return ending_; });
 }
 
-void RobotWatch::publish(nlohmann::json state) {
-  state["robot"] = name_;
+void Watch::publish(nlohmann::json state) {
+  state[key()] = name_;
   {
     const std::lock_guard lock(mutex_);
     state["number"] = ++newest_.number;
@@ -81,7 +82,7 @@ void RobotWatch::publish(nlohmann::json state) {
   changed_();
 }
 
-void RobotWatch::run_polls() {
+void Watch::run_polls() {
   do {
     try {
       poll_until_failure();
@@ -92,23 +93,24 @@ void RobotWatch::run_polls() {
   } while (sleep_until(Clock::now() + kReconnectInterval));
 }
 
-void RobotWatch::poll_until_failure() {
+void Watch::poll_until_failure() {
   nlohmann::json description = port_->connect();
   {
     const std::lock_guard lock(mutex_);
     description_ = std::move(description);
     ++connections_;
   }
+  const auto interval = what_ == Watched::kRobot ? kPollInterval : kCellPollInterval;
   Clock::time_point due = Clock::now();
   do {
     nlohmann::json state = port_->state();
     state["connected"] = true;
     publish(std::move(state));
-    due = std::max(due + kPollInterval, Clock::now());  // a late poll delays the next ones
+    due = std::max(due + interval, Clock::now());  // a late poll delays the next ones
   } while (sleep_until(due));
 }
 
-void RobotWatch::run_stops() {
+void Watch::run_stops() {
   std::unique_lock lock(mutex_);
   for (;;) {
     wake_.wait(lock, [&] { return (ending_ && !call_) || stops_requested_ != last_stop_.number; });
@@ -129,7 +131,7 @@ void RobotWatch::run_stops() {
   }
 }
 
-void RobotWatch::run_calls() {
+void Watch::run_calls() {
   std::unique_lock lock(mutex_);
   for (;;) {
     wake_.wait(lock, [&] { return ending_ || call_; });
@@ -138,8 +140,9 @@ void RobotWatch::run_calls() {
     lock.unlock();
     make(*call);
     lock.lock();
-    if (stops_requested_ != call->stops && client::spec_of(call->request.verb).motion) {
-      // The robot may have accepted the motion after it had carried out that Stop.
+    const bool is_start = what_ == Watched::kCell && call->request.verb == client::Verb::kResume;
+    if (stops_requested_ != call->stops && (is_start || client::spec_of(call->request.verb).motion)) {
+      // The robot or cell may have accepted the motion after it had carried out that Stop.
       ++stops_requested_;
       call->failure = "a Stop was requested meanwhile: this motion does not go on";
     }
@@ -154,7 +157,7 @@ void RobotWatch::run_calls() {
   wake_.notify_all();
 }
 
-void RobotWatch::make(Call& call) {
+void Watch::make(Call& call) {
   try {
     call.reply = port_->call(call.request);
   } catch (const std::exception& error) {

@@ -11,13 +11,17 @@
 #include <thread>
 #include <utility>
 
-#include "panel/robot_port.h"
+#include "panel/port.h"
 
 namespace corbot::panel {
 
-/// Watches one robot. One thread polls the state at 50 Hz, and connects again after a failure. Another thread
-/// stops the robot, and a third one makes calls, so a poll or a call that hangs delays no Stop. Thread-safe.
-class RobotWatch {
+/// Selects what a watch is for.
+enum class Watched { kRobot, kCell };
+
+/// Watches one robot or cell. One thread polls the state, a robot's at 50 Hz and a cell's at 6 Hz, and
+/// connects again after a failure. Another thread stops the arms, and a third one makes calls, so a poll or a
+/// call that hangs delays no Stop. Thread-safe.
+class Watch {
  public:
   /// The newest state as JSON, or the reason why there is none. `number` rises with each text; 0: no text
   /// yet.
@@ -43,11 +47,11 @@ class RobotWatch {
     std::string failure{};
   };
 
-  RobotWatch(std::string name, std::unique_ptr<RobotPort> port);
-  RobotWatch(const RobotWatch&) = delete;
-  RobotWatch& operator=(const RobotWatch&) = delete;
+  Watch(std::string name, std::unique_ptr<Port> port, Watched what = Watched::kRobot);
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
   /// Waits for the port's calls in progress and for requested Stops.
-  ~RobotWatch();
+  ~Watch();
 
   /// Starts the threads. They call `changed` after each new state, Stop and call; `changed` must not block.
   /// Call start() once.
@@ -57,6 +61,10 @@ class RobotWatch {
   void end();
 
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
+  /// Returns the key of the name in all messages.
+  [[nodiscard]] const char* key() const noexcept { return what_ == Watched::kRobot ? "robot" : "cell"; }
+  [[nodiscard]] bool is_for(Watched what) const noexcept { return what_ == what; }
+  [[nodiscard]] std::shared_ptr<const std::string> picture() const { return port_->picture(); }
   [[nodiscard]] State newest() const;
   /// Returns the last result of the port's connect(); an empty object before the first.
   [[nodiscard]] nlohmann::json description() const;
@@ -83,7 +91,8 @@ class RobotWatch {
   [[nodiscard]] bool sleep_until(Clock::time_point time);
 
   std::string name_;
-  std::unique_ptr<RobotPort> port_;
+  std::unique_ptr<Port> port_;
+  Watched what_;
   std::function<void()> changed_;
 
   mutable std::mutex mutex_;

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "cell.hh"
+#include "cell/cell_config.h"
+#include "panel/port.h"
+
+namespace corbot::panel {
+
+/// A cell behind CORBA: its coordinator and store. A thread takes a picture each second, since a picture is
+/// slow.
+class CellPort : public Port {
+ public:
+  /// Calls nothing.
+  CellPort(CORBA::ORB_ptr orb, cell::CellConfig cell);
+  ~CellPort() override;
+
+  [[nodiscard]] nlohmann::json connect() override;
+  [[nodiscard]] nlohmann::json state() override;
+  void stop() override;
+  /// kResume starts the work and ends a pause, kPause pauses it.
+  [[nodiscard]] nlohmann::json call(const client::Request& request) override;
+  [[nodiscard]] std::shared_ptr<const std::string> picture() const override;
+
+ private:
+  void read_store(nlohmann::json& state);
+  void take(const Corbot::PieceEvent& event);
+  void run_looks();
+  void look();
+  [[nodiscard]] nlohmann::json pieces() const;
+
+  CORBA::ORB_var orb_;
+  const cell::CellConfig cell_;
+  // Only the polling thread uses these members.
+  Corbot::Coordinator_var coordinator_;
+  Corbot::Store_var store_;
+  CORBA::ULongLong last_event_{0};
+  std::deque<nlohmann::json> events_;
+  std::map<CORBA::ULongLong, nlohmann::json> pieces_;
+  std::map<CORBA::ULongLong, std::string> kinds_;  // of the pieces, as far as a transfer showed them
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ending_{false};
+  nlohmann::json seen_;  // the newest detections; null: none yet
+  std::shared_ptr<const std::string> picture_;
+  std::thread looks_;
+};
+
+}  // namespace corbot::panel
