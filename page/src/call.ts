@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A call that drives one robot.
+// A call that drives one robot or cell.
 
 import { parseJson } from "./state.js";
-import { authorization, isTimeout, TIMEOUT_MS } from "./stop.js";
+import { authorization, isTimeout, type Target, TIMEOUT_MS } from "./stop.js";
 import { T } from "./texts.js";
 
-/// The body of POST /api/call, without the robot.
+/// The body of POST /api/call, without the robot or cell.
 export interface Order {
   do: string;
   percent?: number;
@@ -23,14 +23,14 @@ export function readCallReply(status: number, body: string): string {
 }
 
 /// Makes a call, once. The reply does not wait for a motion.
-export async function call(token: string, robot: string, order: Order, send = fetch): Promise<string> {
+export async function call(token: string, target: Target, order: Order, send = fetch): Promise<string> {
   try {
     const reply = await send("/api/call", {
       method: "POST",
       headers: { ...authorization(token), "Content-Type": "application/json" },
       cache: "no-store",
       signal: AbortSignal.timeout(TIMEOUT_MS),
-      body: JSON.stringify({ robot, ...order }),
+      body: JSON.stringify({ ...target, ...order }),
     });
     return readCallReply(reply.status, await reply.text());
   } catch (error) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The connection to the panel: the WebSocket of states, and the robots' descriptions.
+// The connection to the panel: the WebSocket of states, and the descriptions of robots and cells.
 
+import { type CellDescription, type CellUpdate, parseCells, parseCellUpdate } from "./cell_state.js";
 import { type Description, parseDescriptions, parseJson, parseUpdate, type Update } from "./state.js";
 import { authorization } from "./stop.js";
 
@@ -13,7 +14,8 @@ export interface Listener {
   onLost(): void;
   onRefused(): void; // the token is wrong
   onUpdate(update: Update): void;
-  onDescriptions(descriptions: Description[]): void;
+  onCellUpdate(update: CellUpdate): void;
+  onDescriptions(descriptions: Description[], cells: CellDescription[]): void;
   onRights(mayDrive: boolean): void;
 }
 
@@ -26,13 +28,16 @@ export class Connection {
     this.open();
   }
 
-  /// Reads the descriptions anew. They change when a robot connects again.
+  /// Reads the descriptions anew. They change when a robot or cell connects again.
   async describe(): Promise<void> {
     try {
-      const reply = await fetch("/api/robots", { headers: authorization(this.token), cache: "no-store" });
-      if (this.isEnded) return;
+      const [reply, cells] = await Promise.all(["/api/robots", "/api/cells"].map((path) =>
+        fetch(path, { headers: authorization(this.token), cache: "no-store" })));
+      if (this.isEnded || !reply || !cells) return;
       if (reply.status === 401) this.listener.onRefused();
-      if (reply.ok) this.listener.onDescriptions(parseDescriptions(await reply.text()));
+      if (!reply.ok) return;
+      this.listener.onDescriptions(parseDescriptions(await reply.text()),
+                                   cells.ok ? parseCells(await cells.text()) : []);
     } catch {
       // The WebSocket reports a lost connection.
     }
@@ -83,6 +88,8 @@ export class Connection {
       expectMessage();
       const update = parseUpdate(String(event.data));
       if (update) this.listener.onUpdate(update);
+      const cell = update ? null : parseCellUpdate(String(event.data));
+      if (cell) this.listener.onCellUpdate(cell);
     };
   }
 }

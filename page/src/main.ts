@@ -1,21 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page: its frame, and the robot that the address names.
+// The page: its frame, and the robot or cell that the address names.
 
 import { call, type Order } from "./call.js";
+import type { CellDescription, CellUpdate } from "./cell_state.js";
+import { CellView } from "./cell_view.js";
 import { Connection } from "./connection.js";
 import { el, setText } from "./dom.js";
 import { RobotView } from "./robot_view.js";
 import { type Description, Newest, NO_DRIVE_AFTER_S, OLD_AFTER_S, type Update } from "./state.js";
 import { StopBar, stopButton } from "./stop_bar.js";
 import { T } from "./texts.js";
-import { fragmentValue, keepToken, robotLink, takeToken } from "./token.js";
+import type { Target } from "./stop.js";
+import { cellLink, fragmentValue, keepToken, robotLink, takeToken } from "./token.js";
 
 const REFRESH_MS = 100;
+/// The panel sends a state of a cell 6 times a second; a store that does not reply delays it by 2 s.
+const CELL_OLD_AFTER_MS = 3000;
 
 class Page {
   private readonly newest = new Newest();
   private descriptions: Description[] = [];
+  private cells: CellDescription[] = [];
+  private readonly cellUpdates = new Map<string, { update: CellUpdate; at_ms: number }>();
   private view: { robot: string; root: RobotView } | null = null;
+  private cellView: { cell: string; root: CellView } | null = null;
   private token = takeToken();
   private connection: Connection | null = null;
   private isConnected = false;
@@ -38,7 +46,7 @@ class Page {
     document.body.append(
       el("header", {}, el("h1", {}, el("a", { href: "#" }, T.title)), this.link),
       this.stopBar.root,
-      el("nav", { "aria-label": T.robots }, this.list), this.main, this.news);
+      el("nav", { "aria-label": T.robotsAndCells }, this.list), this.main, this.news);
     window.addEventListener("hashchange", () => {
       if (fragmentValue(location.hash, "token")) return location.reload();
       this.route();
@@ -59,7 +67,8 @@ class Page {
       onLost: () => this.setConnected(false),
       onRefused: () => this.askToken(T.tokenRefused),
       onUpdate: (update) => this.take(update),
-      onDescriptions: (descriptions) => this.describe(descriptions),
+      onCellUpdate: (update) => this.takeCell(update),
+      onDescriptions: (descriptions, cells) => this.describe(descriptions, cells),
       onRights: (mayDrive) => this.allow(mayDrive),
     });
   }
@@ -102,7 +111,17 @@ class Page {
 
   /// Sends nothing to a robot whose present state is not shown.
   private async drive(robot: string, order: Order): Promise<string> {
-    return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : call(this.token, robot, order);
+    return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : call(this.token, { robot }, order);
+  }
+
+  private async driveCell(cell: string, order: Order): Promise<string> {
+    return this.isCellOld(cell) ? T.stateIsOld : call(this.token, { cell }, order);
+  }
+
+  private takeCell(update: CellUpdate): void {
+    const before = this.cellUpdates.get(update.cell);
+    this.cellUpdates.set(update.cell, { update, at_ms: performance.now() });
+    if (update.state && before?.update.connection !== update.connection) void this.connection?.describe();
   }
 
   private take(update: Update): void {
@@ -114,22 +133,32 @@ class Page {
     if (Boolean(before?.arm) !== Boolean(update.arm)) this.refresh();
   }
 
-  private describe(descriptions: Description[]): void {
-    const shown = this.descriptions.find(({ robot }) => robot === this.view?.robot);
+  private describe(descriptions: Description[], cells: CellDescription[]): void {
+    const shown = this.shownDescription();
     this.descriptions = descriptions;
-    const items = descriptions.map(({ robot }) =>
-      el("li", {}, el("a", { href: robotLink(robot) }, el("b", {}, robot), el("span"))));
-    this.list.replaceChildren(...items);
-    const now = descriptions.find(({ robot }) => robot === this.view?.robot);
-    if (JSON.stringify(shown) !== JSON.stringify(now)) this.closeView();
+    this.cells = cells;
+    const links = [...cells.map(({ cell }): [string, string] => [cell, cellLink(cell)]),
+                   ...descriptions.map(({ robot }): [string, string] => [robot, robotLink(robot)])];
+    this.list.replaceChildren(...links.map(([name, href]) =>
+      el("li", {}, el("a", { href }, el("b", {}, name), el("span")))));
+    if (shown !== this.shownDescription()) this.closeView();
     this.route();
   }
 
-  /// Shows the robot that the address names, or what to choose from.
+  private shownDescription(): string {
+    const cell = this.cells.find((one) => one.cell === this.cellView?.cell);
+    const robot = this.descriptions.find((one) => one.robot === this.view?.robot);
+    return JSON.stringify([robot, cell, [...cell?.hues_deg ?? []]]);
+  }
+
+  /// Shows the robot or cell that the address names, or what to choose from.
   private route(): void {
-    if (!this.connection || this.descriptions.length === 0) return this.refresh();
+    if (!this.connection || this.descriptions.length + this.cells.length === 0) return this.refresh();
     const wanted = fragmentValue(location.hash, "robot");
-    if (this.view?.robot !== wanted) {
+    const cell = fragmentValue(location.hash, "cell");
+    if (cell) {
+      this.showCell(cell);
+    } else if (this.view?.robot !== wanted) {
       this.closeView();
       const description = this.descriptions.find(({ robot }) => robot === wanted);
       setText(this.heading, wanted || T.choose);
@@ -141,9 +170,7 @@ class Page {
         this.content.replaceChildren(this.view.root.root);
       }
       if (description && this.descriptions.length > 1) {
-        const stop = stopButton(T.stopOnly(wanted), () => this.stopBar.press(wanted));
-        stop.className = "stop-one";
-        this.stopOne.replaceChildren(stop);
+        this.offerStop(wanted, { robot: wanted });
       }
     }
     for (const link of this.list.querySelectorAll("a")) {
@@ -153,7 +180,28 @@ class Page {
     this.refresh();
   }
 
+  private showCell(cell: string): void {
+    if (this.cellView?.cell === cell) return;
+    this.closeView();
+    setText(this.heading, cell);
+    const description = this.cells.find((one) => one.cell === cell);
+    if (!description || description.places.length === 0) return;
+    const send = this.mayDrive ? (order: Order) => this.driveCell(cell, order) : null;
+    const tool = (robot: string): number[] | null => this.newest.arm(robot)?.position_m ?? null;
+    this.cellView = { cell, root: new CellView(description, this.token, tool, send) };
+    this.content.replaceChildren(this.cellView.root.root);
+    this.offerStop(cell, { cell });
+  }
+
+  private offerStop(name: string, target: Target): void {
+    const stop = stopButton(T.stopOnly(name), () => this.stopBar.press(target));
+    stop.className = "stop-one";
+    this.stopOne.replaceChildren(stop);
+  }
+
   private closeView(): void {
+    this.cellView?.root.close();
+    this.cellView = null;
     this.view?.root.close();
     this.view = null;
     this.content.replaceChildren();
@@ -161,18 +209,50 @@ class Page {
   }
 
   private refresh(): void {
+    this.refreshCells();
     this.list.querySelectorAll("a").forEach((link, i) => {
-      const robot = this.descriptions[i]?.robot ?? "";
+      const robot = this.descriptions[i - this.cells.length]?.robot;
+      if (robot === undefined) return;
       const label = link.querySelector("span");
       if (label) setText(label, this.statusOf(robot));
       link.classList.toggle("old", this.isOld(robot));
       link.classList.toggle("bad", this.newest.arm(robot)?.state === "Error");
     });
     const wanted = fragmentValue(location.hash, "robot");
-    setText(this.notice, this.noticeOf(wanted));
-    this.content.classList.toggle("old", this.view !== null && this.isOld(wanted));
+    const cell = fragmentValue(location.hash, "cell");
+    setText(this.notice, cell ? this.noticeOfCell(cell) : this.noticeOf(wanted));
+    this.content.classList.toggle("old", cell ? this.isCellOld(cell)
+      : this.view !== null && this.isOld(wanted));
     const arm = this.newest.arm(wanted);
     if (this.view && arm) this.view.root.refresh(arm);
+  }
+
+  /// The links of the cells precede those of the robots.
+  private refreshCells(): void {
+    const links = this.list.querySelectorAll("a");
+    this.cells.forEach(({ cell }, i) => {
+      const link = links[i];
+      const label = link?.querySelector("span");
+      const state = this.cellUpdates.get(cell)?.update.state;
+      const mode = state && !this.isCellOld(cell) ? T.cellModes[state.mode] ?? state.mode : T.lost;
+      if (label) setText(label, `${T.cell} · ${mode}`);
+      link?.classList.toggle("old", this.isCellOld(cell));
+    });
+    const state = this.cellView ? this.cellUpdates.get(this.cellView.cell)?.update.state : null;
+    if (state) this.cellView?.root.refresh(state);
+  }
+
+  private isCellOld(cell: string): boolean {
+    const last = this.cellUpdates.get(cell);
+    return !this.isConnected || !last?.update.state || performance.now() - last.at_ms > CELL_OLD_AFTER_MS;
+  }
+
+  private noticeOfCell(cell: string): string {
+    if (!this.connection) return "";
+    if (!this.cells.some((one) => one.cell === cell)) return T.unknownCell;
+    const last = this.cellUpdates.get(cell);
+    if (last && !last.update.state) return T.cellLost(last.update.text);
+    return last && this.isCellOld(cell) ? T.isOld((performance.now() - last.at_ms) / 1000) : "";
   }
 
   private isOld(robot: string, after_s = OLD_AFTER_S): boolean {
@@ -188,7 +268,8 @@ class Page {
 
   private noticeOf(robot: string): string {
     if (!this.connection) return "";
-    if (robot === "") return this.descriptions.length === 0 && this.isConnected ? T.noRobots : "";
+    const isNothing = this.descriptions.length + this.cells.length === 0 && this.isConnected;
+    if (robot === "") return isNothing ? T.noRobots : "";
     const update = this.newest.update(robot);
     const parts = [
       this.descriptions.some((description) => description.robot === robot) ? "" : T.unknownRobot,

@@ -63,11 +63,12 @@ export interface Description {
 
 type Data = Record<string, unknown>;
 
-const object = (value: unknown): Data => (typeof value === "object" && value !== null ? (value as Data) : {});
-const list = (value: unknown): unknown[] => (Array.isArray(value) ? value : []);
-const text = (value: unknown): string => (typeof value === "string" ? value : "");
-const number = (value: unknown): number => (typeof value === "number" ? value : NaN);
-const numbers = (value: unknown): number[] => list(value).map(number);
+export const object = (value: unknown): Data =>
+  (typeof value === "object" && value !== null ? (value as Data) : {});
+export const list = (value: unknown): unknown[] => (Array.isArray(value) ? value : []);
+export const text = (value: unknown): string => (typeof value === "string" ? value : "");
+export const number = (value: unknown): number => (typeof value === "number" ? value : NaN);
+export const numbers = (value: unknown): number[] => list(value).map(number);
 
 export function parseJson(message: string): unknown {
   try {

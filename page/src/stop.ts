@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Stop: a request of its own, which waits behind nothing.
 
-import { parseJson } from "./state.js";
+import { list, object, parseJson } from "./state.js";
 import { T } from "./texts.js";
 
 /// A line of the result: an arm at rest, or what went wrong.
@@ -20,25 +20,28 @@ export function authorization(token: string): Record<string, string> {
 /// Reads the reply to POST /api/stop. The status is 502 if an arm is not at rest.
 export function readStopReply(status: number, body: string): StopLine[] {
   if (status !== 200 && status !== 502) return [{ isAtRest: false, text: T.stopRefused(status) }];
-  const reply = parseJson(body) as { robots?: unknown } | null | undefined;
-  const robots = Array.isArray(reply?.robots) ? (reply.robots as Record<string, unknown>[]) : [];
-  if (robots.length === 0) return [{ isAtRest: false, text: T.stopUnclear }];
-  return robots.map(({ robot, stopped, text }) => (stopped === true
-    ? { isAtRest: true, text: T.stopped(String(robot)) }
-    : { isAtRest: false, text: T.notStopped(String(robot), String(text ?? "")) }));
+  const reply = object(parseJson(body));
+  const results = [...list(reply.robots), ...list(reply.cells)].map(object);
+  if (results.length === 0) return [{ isAtRest: false, text: T.stopUnclear }];
+  return results.map(({ robot, cell, stopped, text }) => (stopped === true
+    ? { isAtRest: true, text: T.stopped(String(robot ?? cell)) }
+    : { isAtRest: false, text: T.notStopped(String(robot ?? cell), String(text ?? "")) }));
 }
 
 export function isTimeout(error: unknown): boolean {
   return error instanceof Error && error.name === "TimeoutError";
 }
 
-/// Stops all robots, or the one that is named.
-async function requestStop(send: typeof fetch, token: string, robot?: string): Promise<StopLine[]> {
+/// The robot or the cell that a request is for.
+export type Target = { robot: string } | { cell: string };
+
+/// Stops all robots and cells, or the one that is named.
+async function requestStop(send: typeof fetch, token: string, target?: Target): Promise<StopLine[]> {
   const post = (): Promise<Response> => send("/api/stop", {
     method: "POST",
     headers: authorization(token),
     cache: "no-store",
-    ...(robot === undefined ? {} : { body: JSON.stringify({ robot }) }),
+    ...(target === undefined ? {} : { body: JSON.stringify(target) }),
     keepalive: true,
     signal: AbortSignal.timeout(TIMEOUT_MS),
   });
@@ -62,9 +65,9 @@ export class Stops {
     private readonly send: typeof fetch = (input, init) => fetch(input, init),
   ) {}
 
-  async press(robot?: string): Promise<void> {
+  async press(target?: Target): Promise<void> {
     const number = ++this.sent;
-    const result = requestStop(this.send, this.token(), robot);
+    const result = requestStop(this.send, this.token(), target);
     this.show(null);
     const ended = await result;
     if (number < this.shown) return;

@@ -3,7 +3,7 @@
 
 import { el, timeOfDay } from "./dom.js";
 import { isStopKey, sendsStop } from "./keys.js";
-import { type StopLine, Stops } from "./stop.js";
+import { type StopLine, Stops, type Target } from "./stop.js";
 import { T } from "./texts.js";
 
 /// A press of a pointer sends the Stop; the click that follows it within this time does not.
@@ -30,9 +30,9 @@ export class StopBar {
     }, true);
   }
 
-  /// Stops all robots, or the one that is named.
-  press(robot?: string): void {
-    void this.stops.press(robot);
+  /// Stops all robots and cells, or the one that is named.
+  press(target?: Target): void {
+    void this.stops.press(target);
   }
 
   private show(result: StopLine[] | null): void {

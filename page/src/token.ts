@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The token, and the robot that the address names: #token=TOKEN, #robot=NAME.
+// The token, and what the address names: #token=TOKEN, #robot=NAME, #cell=NAME.
 
 export function fragmentValue(fragment: string, key: string): string {
   return new URLSearchParams(fragment.replace(/^#/, "")).get(key) ?? "";
@@ -13,7 +13,9 @@ export function takeToken(): string {
   if (given) {
     sessionStorage.setItem(KEY, given);
     const robot = fragmentValue(location.hash, "robot");
-    history.replaceState(null, "", location.pathname + (robot ? robotLink(robot) : ""));
+    const cell = fragmentValue(location.hash, "cell");
+    const link = robot ? robotLink(robot) : cell ? cellLink(cell) : "";
+    history.replaceState(null, "", location.pathname + link);
   }
   return sessionStorage.getItem(KEY) ?? "";
 }
@@ -24,4 +26,8 @@ export function keepToken(token: string): void {
 
 export function robotLink(robot: string): string {
   return `#robot=${encodeURIComponent(robot)}`;
+}
+
+export function cellLink(cell: string): string {
+  return `#cell=${encodeURIComponent(cell)}`;
 }

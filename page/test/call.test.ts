@@ -12,7 +12,8 @@ test("A call is one request with the token, the robot and the order", async () =
     sent.push([String(url), init]);
     return Promise.resolve(new Response('{"done": true}'));
   };
-  assert.equal(await call("secret", "left", { do: "speed", percent: 50 }, send as typeof fetch), "");
+  const left = { robot: "left" };
+  assert.equal(await call("secret", left, { do: "speed", percent: 50 }, send as typeof fetch), "");
   assert.equal(sent.length, 1);
   const [url, init] = sent[0] ?? ["", {}];
   assert.equal(url, "/api/call");
@@ -24,7 +25,8 @@ test("A call is one request with the token, the robot and the order", async () =
 test("A call that moves an arm is never sent twice", async () => {
   let tries = 0;
   const send = (): Promise<Response> => Promise.reject(new Error(`cut ${++tries}`));
-  assert.equal(await call("secret", "left", { do: "ready" }, send), T.callUndelivered("Error: cut 1"));
+  const left = { robot: "left" };
+  assert.equal(await call("secret", left, { do: "ready" }, send), T.callUndelivered("Error: cut 1"));
   assert.equal(tries, 1);
 });
 

@@ -157,6 +157,7 @@ export class FakePanel {
     const token = (request.headers.authorization ?? "").replace("Bearer ", "");
     if (!isToken(token)) return send(401, { text: "the token is missing or wrong" });
     if (path === "/api/robots") return send(200, this.robots.map((robot) => robot.describe()));
+    if (path === "/api/cells") return send(200, []);
     if (path === "/api/rights") return send(200, { drive: token === DRIVE_TOKEN });
     if (path === "/api/stop") return send(200, { robots: this.stop(body) });
     if (token !== DRIVE_TOKEN) return send(403, { text: "this token may not drive" });

@@ -6,7 +6,7 @@ import { after, test } from "node:test";
 
 import { Browser, findChromium } from "./browser.js";
 import { FakePanel } from "./fake_panel.js";
-import { Rig, whyNoRig } from "./rig.js";
+import { CellRig, Rig, whyNoCell, whyNoRig } from "./rig.js";
 
 const PAGES = "build/page";
 const PICTURES = "build/page-test/failed";
@@ -53,4 +53,10 @@ export function pageTest(name: string, body: (panel: FakePanel, browser: Browser
 export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Promise<void>,
                         drawing = false): void {
   browserTest(name, whyNoRig(), drawing, () => new Rig(), body);
+}
+
+/// A test with a real panel and a cell in simulation that brings so many pieces.
+export function cellTest(name: string, pieces: number,
+                         body: (rig: CellRig, browser: Browser) => Promise<void>): void {
+  browserTest(name, whyNoCell(), false, () => new CellRig(pieces), body);
 }

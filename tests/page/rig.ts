@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot in simulation and a panel, as processes of a build: real ones in place of the stand-in.
+// A robot or a cell in simulation and a panel, as processes of a build: real ones in place of the stand-in.
 
 import { type ChildProcess, spawn } from "node:child_process";
 import { once } from "node:events";
@@ -10,15 +10,32 @@ import { join } from "node:path";
 
 const PROGRAMS = process.env.CORBOT_PROGRAMS ?? "build/release/bin";
 export const ROBOT = "lynx5";
+export const CELL = "pagecell";
 
-/// Returns why there is no rig here, or "".
-export function whyNoRig(): string {
-  const missing = ["corbot", "corbot-panel"].find((name) => !existsSync(join(PROGRAMS, name)));
+/// Returns why there is no rig of these programs here, or "".
+export function whyNoRig(...more: string[]): string {
+  const missing = ["corbot", "corbot-panel", ...more].find((name) => !existsSync(join(PROGRAMS, name)));
   return missing ? `${PROGRAMS}/${missing} is not built` : "";
 }
 
-async function freePort(): Promise<number> {
-  const server = createServer().listen(0, "127.0.0.1");
+export const whyNoCell = (): string =>
+  whyNoRig("corbot-scene", "corbot-store", "corbot-camera", "corbot-coordinator");
+
+/// Returns the first of so many free ports in a row, below those that the kernel gives to connections.
+async function freePorts(count: number): Promise<number> {
+  for (;;) {
+    const first = 20_000 + Math.floor(Math.random() * 12_000);
+    try {
+      for (let i = 0; i < count; ++i) await freePort(first + i);
+      return first;
+    } catch {
+      // Another program has one of them.
+    }
+  }
+}
+
+async function freePort(wanted = 0): Promise<number> {
+  const server = createServer().listen(wanted, "127.0.0.1");
   await once(server, "listening");
   const { port } = server.address() as AddressInfo;
   server.close();
@@ -98,5 +115,37 @@ export class Rig {
     this.robot = new Program("corbot", ["up", `profiles/${ROBOT}.toml`, "--simulated", "--until-eof",
       "--endpoint", `127.0.0.1:${port}`, "--realtime", "best-effort"], this.environment);
     await this.robot.untilText(/is up at/);
+  }
+}
+
+/// A cell that works, and a panel that finds it by itself.
+export class CellRig {
+  private readonly directory = mkdtempSync(join(tmpdir(), "corbot-page-cell-"));
+  private readonly environment = { XDG_RUNTIME_DIR: this.directory, CORBOT_STATE_DIR: this.directory };
+  private cell: Program | null = null;
+  private panel: Program | null = null;
+  watch = ""; // the panel's URLs
+  drive = "";
+
+  constructor(private readonly pieces: number) {}
+
+  async start(): Promise<void> {
+    const ports = await freePorts(5);
+    this.cell = new Program("corbot", ["cell", "up", "profiles/cell/cell.toml", "--name", CELL,
+      "--ports", String(ports), "--pieces", String(this.pieces)], this.environment);
+    await this.cell.untilText(/is up: /);
+    this.panel = new Program("corbot-panel", ["--port", "0", "--pages", "build/page"], this.environment);
+    this.watch = `${await this.panel.untilText(/watch and stop: (\S+)\n/)}&cell=${CELL}`;
+    this.drive = `${await this.panel.untilText(/drive as well: +(\S+)\n/)}&cell=${CELL}`;
+  }
+
+  async endCell(): Promise<void> {
+    await this.cell?.end();
+  }
+
+  async end(): Promise<void> {
+    await this.panel?.end();
+    await this.cell?.end();
+    rmSync(this.directory, { recursive: true, force: true });
   }
 }
