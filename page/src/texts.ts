@@ -198,6 +198,7 @@ const REMEDIES: Record<number, string> = {
   105: `${CHECK_JOINT} Check cable and supply of a device that takes no set-points.`,
   106: "Turn or push the joint back by hand. Then clear.",
   107: REPORT,
+  108: REPORT,
   110: "Restart the servant, and report the fault.",
   111: "Restart the servant, and report the fault.",
   120: "Check cable, supply and baud rate.",

@@ -35,7 +35,8 @@ test("Only a message with a cell is one of a cell", () => {
 });
 
 test("A person learns what to do", () => {
-  const cells = parseCells(JSON.stringify([{ cell: "c", places: [{ name: "end", last: true }, { name: "mid" }] }]));
+  const places = [{ name: "end", last: true }, { name: "mid" }];
+  const cells = parseCells(JSON.stringify([{ cell: "c", places }]));
   const state = parseCellUpdate(JSON.stringify({
     cell: "c", number: 1, connected: true, store: "no store",
     robots: [{ name: "a", state: "attention", text: "fell" }, { name: "b", state: "waits", text: "zone" }],
