@@ -54,3 +54,11 @@ cellTest("A person who only watches may stop a cell, and sees that it has ended"
   await tab.untilText(".notice", T.cellLost(""));
   await tab.until(() => document.querySelector(".old .cell") !== null);
 });
+
+cellTest("A panel of 'corbot cell run' shows the cell until its work is done", 1, async (rig, browser) => {
+  const tab = await browser.open(rig.watch);
+  await tab.untilText(SUMMARY, modeOf("works"));
+  await untilPlaced(tab, "pallet2", 1);
+  assert.equal(await rig.verdict(), "0 elsewhere");
+  await tab.untilText(".link.bad", T.panelLost);
+}, true);

@@ -55,8 +55,8 @@ export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Prom
   browserTest(name, whyNoRig(), drawing, () => new Rig(), body);
 }
 
-/// A test with a real panel and a cell in simulation that brings so many pieces.
+/// A test with a real panel and a cell in simulation that brings so many pieces. `isRun`: by `cell run`.
 export function cellTest(name: string, pieces: number,
-                         body: (rig: CellRig, browser: Browser) => Promise<void>): void {
-  browserTest(name, whyNoCell(), false, () => new CellRig(pieces), body);
+                         body: (rig: CellRig, browser: Browser) => Promise<void>, isRun = false): void {
+  browserTest(name, whyNoCell(), false, () => new CellRig(pieces, isRun), body);
 }

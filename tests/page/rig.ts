@@ -118,7 +118,7 @@ export class Rig {
   }
 }
 
-/// A cell that works, and a panel that finds it by itself.
+/// A cell that works, and a panel: one that finds the cell by itself, or the one of `corbot cell run`.
 export class CellRig {
   private readonly directory = mkdtempSync(join(tmpdir(), "corbot-page-cell-"));
   private readonly environment = { XDG_RUNTIME_DIR: this.directory, CORBOT_STATE_DIR: this.directory };
@@ -127,16 +127,24 @@ export class CellRig {
   watch = ""; // the panel's URLs
   drive = "";
 
-  constructor(private readonly pieces: number) {}
+  constructor(private readonly pieces: number, private readonly isRun: boolean) {}
 
   async start(): Promise<void> {
     const ports = await freePorts(5);
-    this.cell = new Program("corbot", ["cell", "up", "profiles/cell/cell.toml", "--name", CELL,
-      "--ports", String(ports), "--pieces", String(this.pieces)], this.environment);
-    await this.cell.untilText(/is up: /);
-    this.panel = new Program("corbot-panel", ["--port", "0", "--pages", "build/page"], this.environment);
-    this.watch = `${await this.panel.untilText(/watch and stop: (\S+)\n/)}&cell=${CELL}`;
-    this.drive = `${await this.panel.untilText(/drive as well: +(\S+)\n/)}&cell=${CELL}`;
+    this.cell = new Program("corbot", ["cell", this.isRun ? "run" : "up", "profiles/cell/cell.toml",
+      "--name", CELL, "--ports", String(ports), "--pieces", String(this.pieces),
+      ...(this.isRun ? ["--panel", "0"] : [])], this.environment);
+    await this.cell.untilText(this.isRun ? /runs: / : /is up: /);
+    if (!this.isRun)
+      this.panel = new Program("corbot-panel", ["--port", "0", "--pages", "build/page"], this.environment);
+    const output = this.panel ?? this.cell;
+    this.watch = `${await output.untilText(/watch and stop: (\S+)\n/)}&cell=${CELL}`;
+    this.drive = `${await output.untilText(/drive as well: +(\S+)\n/)}&cell=${CELL}`;
+  }
+
+  /// Returns the verdict of `corbot cell run`.
+  async verdict(): Promise<string> {
+    return await this.cell?.untilText(/(\d+ elsewhere)/) ?? "";
   }
 
   async endCell(): Promise<void> {

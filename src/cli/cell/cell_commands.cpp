@@ -155,6 +155,7 @@ void add_cell(CLI::App& app) {
   options->cell.add_to(*run);
   run->add_option("--pictures", options->pictures,
                   "directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
+  add_panel_to(*run, options->panel);
   run->add_flag("--until-eof", options->until_eof,
                 "The end of standard input, a pipe, ends the cell: it ends with the starter");
   run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
@@ -164,7 +165,9 @@ void add_cell(CLI::App& app) {
       cell->add_subcommand("up", "Start a cell that stays: what dies is started again, and the work goes on");
   const auto stays = std::make_shared<cell::CellOptions>();
   stays->add_to(*up);
-  up->callback([stays] { cell_up(*stays); });
+  const auto panel = std::make_shared<PanelPort>();
+  add_panel_to(*up, *panel);
+  up->callback([stays, panel] { cell_up(*stays, *panel); });
   CLI::App* check =
       cell->add_subcommand("check", "Whether the robots reach all points of a cell; moves nothing");
   const auto checked = std::make_shared<cell::CellOptions>();

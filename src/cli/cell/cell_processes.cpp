@@ -29,6 +29,7 @@ constexpr double kReadyWithin_s = 30;  // enough beside builds and tests on few 
 constexpr double kRespond_s = 10;
 constexpr double kRobotEndsWithin_s = 20;        // a robot ends three processes within five seconds each
 constexpr double kCoordinatorEndsWithin_s = 15;  // its robots come to rest, and a camera look ends
+constexpr int kPanelPort = 8080;
 constexpr std::string_view kScenePort = "unix:SCENE/NAME.servos";
 
 fs::path profile_of(const CellConfig& cell, const CellRobot& robot) {
@@ -61,13 +62,28 @@ fs::path log_file(const CellConfig& cell, const std::string& title) {
 }
 fs::path scene_output(const CellConfig& cell) { return cell.state_directory / "scene.out"; }
 
-void check_installation(const CellConfig& cell) {
+void add_panel_to(CLI::App& command, PanelPort& port) {
+  CLI::Option* const option = command.add_option(
+      "--panel", "start a panel on the loopback, too, at this port (8080); 0: any free one");
+  option->expected(0, 1)->check(CLI::Range(0, 65535))->type_name("PORT");
+  command.parse_complete_callback([option, &port] {
+    if (option->count() == 0) return;
+    const std::string word = option->results().front();
+    port = word.find_first_of("0123456789") == std::string::npos ? kPanelPort : std::stoi(word);
+  });
+}
+
+void check_installation(const CellConfig& cell, PanelPort panel) {
   for (const char* program : {"corbot-scene", "corbot-store", "corbot-camera", "corbot-coordinator"}) {
     if (!find_program(program))
       throw Failure(
           ExitCode::kUsage,
           fmt::format("there is no {} here: this corbot was built without OpenCV, SQLite or libturbojpeg",
                       program));
+  }
+  if (panel) {
+    (void)panel_program();
+    if (*panel > 0) cell::check_listen("127.0.0.1", *panel);
   }
   const auto check = [&](int port) { cell::check_listen(cell.host, port); };
   if (cell.store_reference.empty()) check(cell.store_port());
@@ -107,7 +123,8 @@ void write_profiles(const CellConfig& cell) {
 }
 
 std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell::CellOptions& options,
-                                             Begin begin, std::function<void(const std::string&)> on_event) {
+                                             Begin begin, PanelPort panel_port,
+                                             std::function<void(const std::string&)> on_event) {
   const auto words = [&](const char* program) {
     std::vector<std::string> command{beside_executable(program)};
     for (const std::string& word : cell::words_of(options)) command.push_back(word);
@@ -128,6 +145,7 @@ std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell:
   }
   if (cell.store_reference.empty()) specs.push_back(spec(cell, "store", words("corbot-store"), nowhere));
   if (cell.camera_reference.empty()) specs.push_back(spec(cell, "camera", words("corbot-camera"), nowhere));
+  if (panel_port) specs.push_back(panel({"--cell", cell.state_directory.string()}, *panel_port));
   if (!cell.coordinator_reference.empty()) return specs;
   std::vector<std::string> coordinator = words("corbot-coordinator");
   if (begin == Begin::kAtOnce) coordinator.emplace_back("--start");

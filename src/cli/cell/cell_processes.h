@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,13 @@ inline constexpr const char* kRobots = "robots";
 /// Returns the file to which the scene writes its last line.
 [[nodiscard]] std::filesystem::path scene_output(const cell::CellConfig& cell);
 
+/// The port of a panel on the loopback; 0: any free one, nothing: no panel.
+using PanelPort = std::optional<int>;
+/// Adds the option --panel.
+void add_panel_to(CLI::App& command, PanelPort& port);
+
 /// Throws Failure: kInternal if a port that the cell needs is in use, kUsage if a program is not installed.
-void check_installation(const cell::CellConfig& cell);
+void check_installation(const cell::CellConfig& cell, PanelPort panel);
 /// Returns a robot's profile as the cell uses it, with SCENE and NAME of its port replaced. Throws Failure
 /// and ConfigError.
 [[nodiscard]] std::string profile_text(const cell::CellConfig& cell, const cell::CellRobot& robot);
@@ -32,10 +38,12 @@ void write_profiles(const cell::CellConfig& cell);
 /// Whether the coordinator waits for Start or begins at once.
 enum class Begin { kAtStart, kAtOnce };
 
-/// Returns the processes in the order of their start, the coordinator last. Calls `on_event` with each line
-/// that the coordinator prints.
+/// Returns the processes in the order of their start, the coordinator last: its arms rest before the others
+/// end. The panel finds the cell by its published addresses. Calls `on_event` with each line that the
+/// coordinator prints.
 [[nodiscard]] std::vector<Supervisor::Spec> cell_processes(const cell::CellConfig& cell,
                                                            const cell::CellOptions& options, Begin begin,
+                                                           PanelPort panel,
                                                            std::function<void(const std::string&)> on_event);
 
 }  // namespace corbot::cli

@@ -20,6 +20,7 @@
 #include "cli/cell/progress.h"
 #include "cli/cell/run_table.h"
 #include "cli/supervise/report.h"
+#include "cli/supervise/robot_children.h"
 #include "client/explain.h"
 #include "client/failure.h"
 
@@ -196,9 +197,11 @@ class Run {
 
   /// Runs until the work is done, a fault ends it, or a signal requests the end.
   void go() {
-    for (Supervisor::Spec& spec :
-         cell_processes(cell_, options_.cell, Begin::kAtStart, [](const std::string& line) { report(line); }))
+    for (Supervisor::Spec& spec : cell_processes(cell_, options_.cell, Begin::kAtStart, options_.panel,
+                                                 [](const std::string& line) { report(line); })) {
+      if (spec.title == kPanel) cell::publish_addresses(cell_, options_.cell.file);
       if (!start(std::move(spec))) throw Failure(ExitCode::kStopped, "stopped before the work began");
+    }
     cell::publish_addresses(cell_, options_.cell.file);
     report(fmt::format("{} runs: coordinator at {}, logs in {}", cell_.name, cell_.coordinator_uri(),
                        cell_.state_directory.string()));
@@ -247,7 +250,7 @@ class Run {
     const std::string title = spec.title;
     spec.last_lines = [log = log_file(cell_, title)] { return tail_of(log); };
     if (!supervisor_.start(std::move(spec))) return false;
-    pids_.emplace_back(title, supervisor_.pid_of(title));
+    if (title != kPanel) pids_.emplace_back(title, supervisor_.pid_of(title));
     return true;
   }
 
@@ -311,7 +314,7 @@ void cell_run(const CellRunOptions& options) {
   if (!options.pictures.empty()) prepare_pictures(options.pictures);
   cell::make_private_directory(cell.state_directory);
   const DirectoryLock lock(cell.state_directory);  // before the ports: a running cell uses them
-  check_installation(cell);
+  check_installation(cell, options.panel);
   CellClient(cell).check_foreign();
   begin_anew(cell);
   write_profiles(cell);

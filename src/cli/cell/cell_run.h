@@ -3,12 +3,15 @@
 
 #include <CLI/CLI.hpp>
 
+#include <optional>
+
 #include "cell/program.h"
 
 namespace corbot::cli {
 
 struct CellRunOptions {
   cell::CellOptions cell;
+  std::optional<int> panel;        ///< port of a panel; 0: any free one, nothing: no panel
   std::filesystem::path pictures;  ///< a directory; empty: none
   bool until_eof{false};           ///< the end of standard input ends the cell
 };

@@ -17,6 +17,7 @@
 #include "cli/cell/cell_processes.h"
 #include "cli/cell/cell_world.h"
 #include "cli/supervise/report.h"
+#include "cli/supervise/robot_children.h"
 #include "cli/supervise/service_manager.h"
 #include "client/failure.h"
 #include "shm/descriptor.h"
@@ -44,10 +45,11 @@ class Stay {
                            if (is_up_ && supervisor_.all_ready()) manager_.feed();
                          }}) {}
 
-  void go(const cell::CellOptions& options) {
-    for (Supervisor::Spec& spec :
-         cell_processes(cell_, options, Begin::kAtOnce, [](const std::string& line) { report(line); })) {
+  void go(const cell::CellOptions& options, PanelPort panel) {
+    for (Supervisor::Spec& spec : cell_processes(cell_, options, Begin::kAtOnce, panel,
+                                                 [](const std::string& line) { report(line); })) {
       const std::string title = spec.title;
+      if (title == kPanel) cell::publish_addresses(cell_, options.file);
       if (world_ && title == kScene) continue;
       spec.last_lines = [log = log_file(cell_, title)] { return tail_of(log); };
       if (!supervisor_.start(std::move(spec))) return supervisor_.stop_all();
@@ -83,17 +85,17 @@ class Stay {
 
 }  // namespace
 
-void cell_up(const cell::CellOptions& options) {
+void cell_up(const cell::CellOptions& options, PanelPort panel) {
   const CellConfig cell = load_for_command(options);
   cell::make_private_directory(cell.state_directory);
   const DirectoryLock lock(cell.state_directory);  // before the ports: a running cell uses them
-  check_installation(cell);
+  check_installation(cell, panel);
   CellClient(cell).check_foreign();
   std::optional<CellWorld> world = CellWorld::find(cell);
   if (!world || !world->has_ledger()) begin_anew(cell, world.has_value());
   if (world) world->take_ledger();
   write_profiles(cell);
-  Stay(cell, std::move(world)).go(options);
+  Stay(cell, std::move(world)).go(options, panel);
   report(fmt::format("{} is down", cell.name));
 }
 

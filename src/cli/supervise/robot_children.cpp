@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "cli/supervise/report.h"
@@ -93,9 +94,10 @@ std::string panel_program() {
                         "there is no corbot-panel here: this corbot was built without Boost");
 }
 
-Supervisor::Spec panel(const std::string& robot, int port) {
+Supervisor::Spec panel(std::vector<std::string> shown, int port) {
+  shown.insert(shown.begin(), {panel_program(), "--port", fmt::format("{}", port)});
   return {.title = kPanel,
-          .command = {panel_program(), robot, "--port", fmt::format("{}", port)},
+          .command = std::move(shown),
           .is_ready =
               [](const std::string& line) {
                 if (line.find("#token=") != std::string::npos) report(line);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "cli/supervise/supervisor.h"
 #include "cli/supervise/up_options.h"
@@ -28,7 +29,7 @@ inline constexpr const char* kOrbit2Servant = "corbot-servant-orbit2";
                                        const SupervisorOptions& times);
 /// Returns the path of corbot-panel. Throws client::Failure if it is not installed.
 [[nodiscard]] std::string panel_program();
-/// The panel of one robot; each start reports its URLs.
-[[nodiscard]] Supervisor::Spec panel(const std::string& robot, int port);
+/// A panel with these arguments, which name what it shows; each start reports its URLs.
+[[nodiscard]] Supervisor::Spec panel(std::vector<std::string> shown, int port);
 
 }  // namespace corbot::cli

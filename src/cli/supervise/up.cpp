@@ -220,7 +220,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   }
   going = going && supervisor.start(real_time_task(options, state, profile, position)) &&
           supervisor.start(servant(options, state, profile.supervisor));
-  if (options.panel_port > 0) going = going && supervisor.start(panel(state.name, options.panel_port));
+  if (options.panel_port > 0) going = going && supervisor.start(panel({state.name}, options.panel_port));
   if (going) {
     announce(state, options.naming_port, position, console);
     announced = true;
