@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cell from above, in millimetres of the world: x to the right, y up.
 
-import type { CellDescription, CellPlace, CellRobot, CellState, Piece } from "./cell_state.js";
+import { type CellDescription, type CellPlace, type CellRobot, type CellState, isCarried, isNear,
+         type Piece } from "./cell_state.js";
 import { svg } from "./svg.js";
 import { T } from "./texts.js";
 
 const MARGIN = 60;
 const PIECE = 15; // a little larger than the piece, so that its number is readable
-const NEAR_MM = 20; // a detection so near to a piece shows that piece
 
 type Point = [number, number];
 
 const toPoint = (position_m: number[]): Point =>
   [1000 * (position_m[0] ?? NaN), -1000 * (position_m[1] ?? NaN)];
-const isNear = (a: Point, b: Point): boolean => Math.hypot(a[0] - b[0], a[1] - b[1]) < NEAR_MM;
 
 /// Returns a point of the robot's own frame in the drawing.
 function fromRobot({ position_m, yaw_deg }: CellRobot, [x = NaN, y = NaN]: number[]): Point {
@@ -50,21 +49,20 @@ export class CellDrawing {
       area.setAttribute("class", index < 0 ? "zone" : `zone held of-${index % 4}`);
       label.textContent = holder ? T.zoneOf(name, holder) : T.zoneFree(name);
     }
-    const pieces = state.pieces.map((piece) => ({ piece, at: this.positionOf(piece) }));
-    const others = state.seen.map(({ kind, position_m }) => ({ kind, at: toPoint(position_m) }))
-      .filter(({ at }) => !pieces.some((piece) => isNear(piece.at, at)));
+    const others = state.seen.filter(({ position_m }) =>
+      !state.pieces.some((piece) => isNear(piece.position_m, position_m)));
     this.moving.replaceChildren(
-      ...others.map(({ kind, at: [cx, cy] }) =>
-        svg("circle", { class: "piece seen", cx, cy, r: PIECE - 3, fill: this.colour(kind) })),
+      ...others.map(({ kind, position_m }) => {
+        const [cx, cy] = toPoint(position_m);
+        return svg("circle", { class: "piece seen", cx, cy, r: PIECE - 3, fill: this.colour(kind) });
+      }),
       ...this.cell.robots.map((robot, i) => this.robot(robot, i)),
-      ...pieces.map(({ piece, at }) => this.piece(piece, at)));
+      ...state.pieces.map((piece) => this.piece(piece, this.positionOf(piece, state))));
   }
 
-  /// A piece on its way is at the tool.
-  private positionOf(piece: Piece): Point {
+  private positionOf(piece: Piece, { seen }: CellState): Point {
     const robot = this.cell.robots.find(({ name }) => name === piece.robot);
-    const isCarried = piece.step === "held" || piece.step === "placing";
-    const tool = robot && isCarried ? this.tool(robot.robot) : null;
+    const tool = robot && isCarried(piece, seen) ? this.tool(robot.robot) : null;
     return robot && tool ? fromRobot(robot, tool) : toPoint(piece.position_m);
   }
 

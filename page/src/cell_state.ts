@@ -150,6 +150,20 @@ export function parseCells(reply: string): CellDescription[] {
   }));
 }
 
+const NEAR_M = 0.02;
+
+/// Returns whether two positions may be those of one piece.
+export function isNear(a_m: number[], b_m: number[]): boolean {
+  return Math.hypot((a_m[0] ?? NaN) - (b_m[0] ?? NaN), (a_m[1] ?? NaN) - (b_m[1] ?? NaN)) < NEAR_M;
+}
+
+/// Returns whether the piece is at the tool. The ledger knows that only when the robot has looked again, so a
+/// piece that the camera sees at its target has left the tool.
+export function isCarried(piece: Piece, seen: CellState["seen"]): boolean {
+  if (piece.step === "held") return true;
+  return piece.step === "placing" && !seen.some(({ position_m }) => isNear(position_m, piece.position_m));
+}
+
 /// A period in which a robot did one step of its work on a piece.
 export interface Bar {
   robot: string;

@@ -2,7 +2,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { barsOf, middleHue_deg, parseCells, parseCellUpdate, type PieceEvent } from "../src/cell_state.js";
+import {
+  barsOf, isCarried, middleHue_deg, parseCells, parseCellUpdate, type PieceEvent,
+} from "../src/cell_state.js";
 import { needsOf } from "../src/cell_view.js";
 import { readStopReply } from "../src/stop.js";
 import { T } from "../src/texts.js";
@@ -19,6 +21,16 @@ test("A step lasts until the robot's next event, and the last one until now", ()
     { robot: "a", piece: 1, step: "picking", begin_s: 8, end_s: 12 },
     { robot: "b", piece: 3, step: "held", begin_s: 14, end_s: 20 },
   ]);
+});
+
+test("A piece is at the tool until the camera sees it at its target", () => {
+  const piece = { number: 1, kind: "", robot: "a", step: "placing", place: "", position_m: [0.2, 0.1, 0] };
+  const seenAt = (x: number): { kind: string; position_m: number[] }[] =>
+    [{ kind: "red", position_m: [x, 0.1, 0] }];
+  assert.ok(isCarried(piece, seenAt(0.3)));
+  assert.ok(!isCarried(piece, seenAt(0.205)));
+  assert.ok(isCarried({ ...piece, step: "held" }, seenAt(0.2)));
+  assert.ok(!isCarried({ ...piece, step: "placed" }, []));
 });
 
 test("A range of hues may pass through 0", () => {

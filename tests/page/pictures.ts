@@ -5,7 +5,7 @@ import { join } from "node:path";
 
 import { T } from "../../page/src/texts.js";
 import { Browser, findChromium } from "./browser.js";
-import { Rig, whyNoRig } from "./rig.js";
+import { CellRig, Rig, whyNoCell } from "./rig.js";
 
 interface Size {
   width: number;
@@ -40,16 +40,31 @@ async function draw(rig: Rig, browser: Browser, file: string, size: Size): Promi
   await browser.closeTabs();
 }
 
+/// Draws a cell in the middle of its work.
+async function drawCell(rig: CellRig, browser: Browser, file: string): Promise<void> {
+  const tab = await browser.open(rig.drive, { width: 1200, height: 1390 });
+  for (const count of [1, 2, 3])
+    await tab.until((wanted) => document.querySelectorAll(
+      ".piece[data-place=pallet2][data-step=placed]").length >= wanted, count);
+  await tab.until(() => document.querySelectorAll(".piece[data-step=placing]").length > 0);
+  await tab.savePicture(file, false);
+  await browser.closeTabs();
+}
+
 const chromium = findChromium();
-const missing = chromium ? whyNoRig() : "Chromium is not installed";
+const missing = chromium ? whyNoCell() : "Chromium is not installed";
 if (missing) throw new Error(`no pictures: ${missing}`);
 const browser = Browser.start(chromium, true);
 const rig = new Rig();
+const cell = new CellRig(12, false);
+const directory = process.argv[2] ?? ".";
 try {
   await rig.start();
-  for (const [name, size] of Object.entries(SIZES))
-    await draw(rig, browser, join(process.argv[2] ?? ".", name), size);
+  for (const [name, size] of Object.entries(SIZES)) await draw(rig, browser, join(directory, name), size);
+  await cell.start();
+  await drawCell(cell, browser, join(directory, "panel-cell.png"));
 } finally {
+  await cell.end();
   await rig.end();
   await browser.close();
 }
