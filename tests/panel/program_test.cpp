@@ -215,6 +215,12 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--token-file", page + "/index.html", reference_}),
               HasSubstr("exists already"));
   EXPECT_THAT(fault({"--pages", page, "--port", std::to_string(port_), reference_}), HasSubstr("in use"));
+  EXPECT_THAT(fault({"--pages", page, "--cell", "none"}),
+              HasSubstr("3 corbot-panel: --cell none: no cell runs"));
+  EXPECT_THAT(fault({"--pages", page, "--cell", "./none.toml"}), HasSubstr("2 corbot-panel: ./none.toml"));
+  const std::string cell = CORBOT_SOURCE_DIR "/profiles/cell/cell.toml";
+  EXPECT_THAT(fault({"--pages", page, "--cell", cell, "--cell", cell}),
+              HasSubstr("--cell demo: is named twice"));
   fs::permissions(directory_, fs::perms::owner_all);
   EXPECT_THAT(fault({"--pages", page, "--port", "0"}), HasSubstr("no robot is up on this machine"));
 }
