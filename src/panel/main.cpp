@@ -155,8 +155,7 @@ void announce(const ServerSettings& server, int port, const Tokens& tokens) {
 fs::path token_path(const Options& options, int port) {
   if (!options.token_file.empty()) return options.token_file;
   fs::path path = client::state_directory(true) / fmt::format("panel-{}.tokens", port);
-  std::error_code ignored;
-  fs::remove(path, ignored);  // of a panel that was killed: this one has the port now
+  TokenFile::remove_stale(path);  // a panel that runs has this port at another address
   return path;
 }
 

@@ -37,7 +37,8 @@ tcp::acceptor listen(asio::io_context& io, const std::string& host, int port) {
     return acceptor;
   } catch (const boost::system::system_error& e) {
     const std::string why = client::endpoint_fault(host, port);
-    throw Failure(ExitCode::kInternal, why.empty() ? e.code().message() : why + ": choose another port");
+    throw Failure(ExitCode::kInternal,
+                  why.empty() ? e.code().message() : why + ": choose another --port or --host");
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/random.h>
 #include <unistd.h>
 
@@ -32,21 +33,33 @@ std::string new_token() {
 
 Tokens new_tokens() { return {new_token(), new_token()}; }
 
-TokenFile::TokenFile(std::filesystem::path path, const Tokens& tokens) : path_(std::move(path)) {
-  const int fd = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (fd < 0 && errno == EEXIST)
+TokenFile::TokenFile(std::filesystem::path path, const Tokens& tokens)
+    : path_(std::move(path)),
+      fd_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600)) {
+  if (fd_ < 0 && errno == EEXIST)
     throw Failure(ExitCode::kUsage,
                   path_.string() + ": exists already: remove it, or name another file with --token-file");
-  if (fd < 0) throw client::system_failure(path_, errno);
+  if (fd_ < 0) throw client::system_failure(path_, errno);
   const std::string text = fmt::format("watch {}\ndrive {}\n", tokens.watch, tokens.drive);
-  const bool is_written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (::flock(fd_, LOCK_EX | LOCK_NB) == 0 &&
+      ::write(fd_, text.data(), text.size()) == static_cast<ssize_t>(text.size()))
+    return;
   const int error = errno;
-  ::close(fd);
-  if (is_written) return;
+  ::close(fd_);
   ::unlink(path_.c_str());
   throw client::system_failure(path_, error);
 }
 
-TokenFile::~TokenFile() { ::unlink(path_.c_str()); }
+TokenFile::~TokenFile() {
+  ::unlink(path_.c_str());
+  ::close(fd_);
+}
+
+void TokenFile::remove_stale(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+  if (fd < 0) return;
+  if (::flock(fd, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  ::close(fd);
+}
 
 }  // namespace corbot::panel

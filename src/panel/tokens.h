@@ -16,7 +16,7 @@ struct Tokens {
 [[nodiscard]] Tokens new_tokens();
 
 /// A file of this user alone, mode 0600, with one line for each token: "watch TOKEN" and "drive TOKEN". It
-/// exists as long as the object.
+/// exists as long as the object, which keeps it locked.
 class TokenFile {
  public:
   /// Creates the file. Throws client::Failure, also if the file exists.
@@ -24,9 +24,12 @@ class TokenFile {
   TokenFile(const TokenFile&) = delete;
   TokenFile& operator=(const TokenFile&) = delete;
   ~TokenFile();
+  /// Removes the file of a panel that was killed; leaves that of a panel that runs.
+  static void remove_stale(const std::filesystem::path& path);
 
  private:
   std::filesystem::path path_;
+  int fd_;
 };
 
 }  // namespace corbot::panel

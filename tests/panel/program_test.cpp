@@ -156,6 +156,26 @@ TEST_F(PanelProgram, MovesARobotWhenItsControlHasEnded) {
   EXPECT_EQ(call({{"do", "ready"}}).result(), http::status::ok);
 }
 
+TEST_F(PanelProgram, LeavesTheTokensOfAPanelWithItsPortAtAnotherAddress) {
+  start_panel();
+  const std::vector<std::string> second{CORBOT_BIN_DIR "/corbot-panel",
+                                        "--host",
+                                        "127.0.0.2",
+                                        "--port",
+                                        std::to_string(port_of_panel_),
+                                        "--pages",
+                                        (directory_ / "page").string(),
+                                        reference_};
+  const test::RunResult refused = test::run(second, 30, environment());
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("name another file with --token-file"));
+  EXPECT_TRUE(fs::exists(token_file()));
+  panel_->signal(SIGKILL);
+  ASSERT_TRUE(panel_->wait(within(30)));
+  Process third(second, environment());
+  EXPECT_TRUE(third.wait_line("panel ready", within(30))) << third.errors();
+}
+
 /// Returns the process of that program whose parent is `parent`; 0: there is none.
 pid_t child_of(pid_t parent, const std::string& program) {
   std::ifstream children("/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children");
@@ -211,6 +231,8 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
   EXPECT_THAT(fault({"--pages", page, "--port", "65536", reference_}), HasSubstr("2 --port"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "localhost", reference_}),
               HasSubstr("in figures"));
+  EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "192.0.2.1", reference_}),
+              HasSubstr("'192.0.2.1' is not an address of this machine: choose another --port or --host"));
   EXPECT_THAT(fault({"--allow-host", "http://bench", reference_}), HasSubstr("write it without scheme"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--token-file", page + "/index.html", reference_}),
               HasSubstr("exists already"));
