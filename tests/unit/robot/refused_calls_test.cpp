@@ -20,7 +20,8 @@ using ::testing::HasSubstr;
 class RefusedCalls : public TaskTest {
  protected:
   explicit RefusedCalls(const std::string& arm)
-      : TaskTest((std::string(CORBOT_PROFILES "/") + arm + ".toml").c_str()), task_(name_, profile_.arm) {}
+      : TaskTest((std::string(CORBOT_TEST_PROFILES "/") + arm + ".toml").c_str()),
+        task_(name_, profile_.arm) {}
 
   void SetUp() override {
     open_robot();
