@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Motions that the planner has proved, stopped anywhere: the task finds no set-point outside, and no set-point
-// is more than the tolerance outside.
+// Motions that the planner has proved, stopped anywhere. The task finds no set-point outside, and none is
+// more than the tolerance outside.
 #include <gtest/gtest.h>
 
 #include <algorithm>
