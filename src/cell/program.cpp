@@ -40,22 +40,22 @@ int fail(const Program& program, const std::string& text, ExitCode code) {
 
 void CellOptions::add_to(CLI::App& app) {
   add_address_to(app);
-  app.add_option("--pieces", overrides.pieces, "simulated pieces, instead of the file's")
+  app.add_option("--pieces", overrides.pieces, "Number of simulated pieces, instead of the file's")
       ->check(CLI::Range(0, 100));
-  app.add_option("--seed", overrides.seed, "seed of the simulation, instead of the file's")
+  app.add_option("--seed", overrides.seed, "Seed of the simulation, instead of the file's")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
 }
 
 void CellOptions::add_file_to(CLI::App& app) {
-  app.add_option("CELL", file, "description of the cell, a TOML file")->required();
+  app.add_option("CELL", file, "Description of the cell, a TOML file")->required();
 }
 
 void CellOptions::add_address_to(CLI::App& app) {
   add_file_to(app);
-  app.add_option("--name", overrides.name, "name of the cell, instead of the file's");
-  app.add_option("--ports", overrides.ports, "the first of the ports in a row that the cell listens on")
+  app.add_option("--name", overrides.name, "Name of the cell, instead of the file's");
+  app.add_option("--ports", overrides.ports, "First of the ports in a row that the cell listens on")
       ->check(CLI::Range(1024, 65535));
-  app.add_option("--state-dir", overrides.state_directory, "directory of ledger, sockets and logs");
+  app.add_option("--state-dir", overrides.state_directory, "Directory of ledger, sockets and logs");
 }
 
 std::vector<std::string> words_of(const CellOptions& options) {

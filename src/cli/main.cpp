@@ -69,7 +69,7 @@ CLI::Validator number_within(double low, double high) {
         const auto value = parse_number(word);
         if (!value) return number_fault(word);
         if (*value >= low && *value <= high) return std::string();
-        return fmt::format("{} is not within {} to {}", word, low, high);
+        return fmt::format("{} is out of range: allowed are {} to {}", word, low, high);
       },
       fmt::format("NUMBER in [{} - {}]", low, high));
 }
@@ -78,7 +78,9 @@ CLI::Validator number_within(double low, double high) {
 CLI::Validator picture_file() {
   return CLI::Validator(
       [](std::string& name) {
-        return name.empty() || name == "-" ? fmt::format("'{}' is no name of a file", name) : std::string();
+        return name.empty() || name == "-"
+                   ? fmt::format("'{}' is not the name of a file: write one that ends in .svg", name)
+                   : std::string();
       },
       "");
 }
@@ -197,42 +199,45 @@ void add_verbs(CLI::App& app, Settings& settings,
 void add_supervision(CLI::App& app, Settings& s) {
   CLI::App* up_command = app.add_subcommand("up", "Start a robot and supervise it, in the foreground");
   up_command->add_option("PROFILE", s.up.profile, "The robot's profile, a TOML file")->required();
-  up_command->add_option("--name", s.up.name, "Name of the robot instead of the profile's");
+  up_command->add_option("--name", s.up.name, "Name of the robot, instead of the profile's");
   up_command->add_option("--endpoint", s.up.endpoint,
-                         "HOST:PORT or [IPV6]:PORT to listen at instead of the profile's");
-  up_command->add_option("--unix", s.up.unix_path,
-                         "Unix socket to listen on as well: each client process there counts by itself");
+                         "HOST:PORT or [IPV6]:PORT to listen on, instead of the profile's");
+  up_command->add_option(
+      "--unix", s.up.unix_path,
+      "Unix socket to listen on as well; each client process there has its own limit of waiting calls");
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
-                                        "Start a naming service on the loopback, too, at this port (2809)");
+                                        "Start a naming service, too, on this port of the loopback (2809)");
   naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
   auto* panel = up_command->add_option("--panel", s.up.panel_port,
-                                       "Start a panel on the loopback, too, at this port (8080)");
+                                       "Start a panel, too, on this port of the loopback (8080)");
   panel->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
-  up_command->add_option("--orb", s.up.orb, "ORB of the servant")
+  up_command->add_option("--orb", s.up.orb, "ORB of the servant (omniorb)")
       ->check(CLI::IsMember({"omniorb", "orbit2"}));
   up_command
       ->add_option("--realtime", s.up.realtime,
-                   "If privileges are missing: refuse to start, or go on without real time")
+                   "Without real-time privileges: refuse to start, or go on without real time (best-effort)")
       ->check(CLI::IsMember({"enforce", "best-effort"}));
   up_command->add_flag("--simulated", s.up.simulated,
                        "Refuse a profile that drives a device: nothing real can move");
   up_command->add_option("--state-dir", s.up.state_directory,
                          "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
-  up_command->add_flag("--until-eof", s.up.until_eof,
-                       "The end of standard input, a pipe, ends the robot: it ends with the starter");
+  up_command->add_flag(
+      "--until-eof", s.up.until_eof,
+      "End the robot at the end of standard input, such as a pipe from the program that starts it");
   up_command->add_flag("--replace", s.up.replace,
-                       "End a robot of that name first, even one of another terminal");
+                       "First end a robot of that name that is up, whichever terminal started it");
   up_command->callback([&s, naming, panel] {
     if (panel->count() > 0 && s.up.panel_port == 0) s.up.panel_port = 8080;
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);
   });
   CLI::App* down_command = app.add_subcommand("down", "End a robot, or remove stale files after a crash");
-  down_command->add_option("--name", s.down_name, "Which, where several are up");
+  down_command->add_option("--name", s.down_name, "Name of the robot, if several are up");
   down_command->callback([&s] { down(s.down_name, s.client.robot); });
-  CLI::App* doctor_command = app.add_subcommand("doctor", "Examine the machine and say what to fix");
+  CLI::App* doctor_command =
+      app.add_subcommand("doctor", "Examine the machine and a profile, and say what to fix");
   doctor_command->add_option("PROFILE", s.doctor_profile,
-                             "Examine this profile, its port and its devices, too");
+                             "Profile, a TOML file: examine it, its port and its devices, too");
   doctor_command->callback([&s] {
     if (!doctor(s.doctor_profile)) throw Failure(ExitCode::kRefused, "");
   });
@@ -240,9 +245,9 @@ void add_supervision(CLI::App& app, Settings& s) {
 
 void add_conform(CLI::App& app, Settings& s) {
   CLI::App* command = app.add_subcommand(
-      "conform", "Examine whether a robot, of whatever make, does what robot.idl says; moves the arm");
+      "conform", "Check whether a robot of any make does what robot.idl says; this moves the arm");
   command->add_option("REFERENCE", s.client.robot, "The robot, as --robot takes it")->required();
-  command->add_flag("--yes", s.is_agreed, "Move the arm without being asked");
+  command->add_flag("--yes", s.is_agreed, "Move the arm without a question at the terminal");
   command->add_option("--timeout", s.client.timeout_s, "Seconds that a call may take, not a motion")
       ->check(number_within(0.1, 3600.0));
   command->footer("Exit code 0: all that the pick-and-place cell needs holds; 1: something does not.");
@@ -253,7 +258,7 @@ void add_calibration(CLI::App& app, Settings& s) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Calibrate the servos and write the result into the profile");
   command->add_option("PROFILE", s.calibrate.profile, "The robot's profile, a TOML file")->required();
-  command->add_option("--name", s.calibrate.name, "Name of the robot instead of the profile's");
+  command->add_option("--name", s.calibrate.name, "Name of the robot, instead of the profile's");
   command->add_option("--state-dir", s.calibrate.state_directory,
                       "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
   command->add_flag("--dry-run", s.calibrate.dry_run, "'write' shows what would change, and changes nothing");
@@ -265,34 +270,36 @@ void add_calibration(CLI::App& app, Settings& s) {
   home_command->add_option("PROFILE", s.home.profile, "The robot's profile, a TOML file")->required();
   home_command->add_option(
       "JOINT", s.home.joints,
-      "Names or numbers, in the order in which they are homed; none: all with a homing_method");
-  home_command->add_option("--name", s.home.name, "Name of the robot instead of the profile's");
+      "Names or numbers of joints, in the order of homing; none: all with a homing_method");
+  home_command->add_option("--name", s.home.name, "Name of the robot, instead of the profile's");
   home_command->footer(
-      "The robot must not be up. Shows what will move, and moves when 'on' is typed. Ctrl-C halts.");
+      "The robot must not be up. The command shows what will move, and moves it when you type 'on'. Ctrl-C "
+      "halts.");
   home_command->callback([&s] { home(s.home); });
 }
 
 void add_arm(CLI::App& app, Settings& s) {
   CLI::App* command = app.add_subcommand(
-      "kinematics", "Show how an arm's geometry was understood, its workspace and its solutions at a pose");
+      "kinematics",
+      "Show how corbot reads the geometry of an arm, its workspace, and its solutions at a pose");
   command->add_option("PROFILE", s.kinematics.profile, "The robot's profile, a TOML file")->required();
-  auto* pose =
-      command->add_option("--pose", s.kinematics.pose,
-                          "X,Y,Z in metres, or X,Y,Z,QW,QX,QY,QZ: solutions at this pose of the tool");
+  auto* pose = command->add_option(
+      "--pose", s.kinematics.pose,
+      "Show the solutions at this pose of the tool: X,Y,Z in metres, or X,Y,Z,QW,QX,QY,QZ");
   pose->type_name("LIST");
   command
       ->add_option("--joints", s.kinematics.joints,
-                   "One number a joint, degrees or m: solutions at that pose")
+                   "Show the solutions at the pose of these joints: a number for each, degrees or m")
       ->type_name("LIST")
       ->excludes(pose);
-  command->add_flag("--json", s.kinematics.json, "For programs");
+  command->add_flag("--json", s.kinematics.json, "Print JSON, for programs");
   auto* svg = command->add_option("--svg", s.kinematics.svg, "Draw the arm and its reach into this file");
   svg->type_name("FILE");
-  command->add_flag("--thumbnail", s.kinematics.thumbnail, "Draw it small, for a table")->needs(svg);
+  command->add_flag("--thumbnail", s.kinematics.thumbnail, "Draw the picture small, for a table")->needs(svg);
   command->callback([&s] { kinematics(s.kinematics); });
-  CLI::App* export_command = app.add_subcommand("export", "Write an arm for other programs");
+  CLI::App* export_command = app.add_subcommand("export", "Write the geometry of an arm for other programs");
   export_command->add_option("PROFILE", s.exported.profile, "The robot's profile, a TOML file")->required();
-  export_command->add_flag("--urdf", s.urdf, "As a URDF: links, joints, limits")->required();
+  export_command->add_flag("--urdf", s.urdf, "Write a URDF: links, joints, limits")->required();
   export_command->add_option("--output", s.exported.output, "File instead of standard output")
       ->type_name("FILE");
   export_command->callback([&s] { export_urdf(s.exported); });
@@ -305,7 +312,7 @@ void add_views(CLI::App& app, Settings& s) {
       {"diagnostics", "Show cycles, latency and device of the real-time loop", View::kDiagnostics}};
   for (const auto& [name, help, view] : views) {
     CLI::App* command = app.add_subcommand(name, help);
-    command->add_flag("--json", s.json, "For programs");
+    command->add_flag("--json", s.json, "Print JSON, for programs");
     add_client_options(*command, s);
     command->callback([&s, which = view] { show(s.client, which, s.json); });
   }
@@ -323,10 +330,10 @@ void add_solutions(CLI::App& app, Settings& s) {
       app.add_subcommand("solutions", "Show all joint values at a pose of the tool, with their numbers");
   command
       ->add_option("POSE", s.pose,
-                   "X Y Z in metres, with the orientation that the tool has, or X Y Z QW QX QY QZ")
+                   "X Y Z in metres, with the present orientation of the tool, or X Y Z QW QX QY QZ")
       ->required()
       ->expected(3, 7);
-  command->add_flag("--json", s.json, "For programs");
+  command->add_flag("--json", s.json, "Print JSON, for programs");
   add_client_options(*command, s);
   command->callback([&s] {
     std::vector<double> pose;
@@ -336,7 +343,7 @@ void add_solutions(CLI::App& app, Settings& s) {
       pose.push_back(*value);
     }
     if (pose.size() != 3 && pose.size() != 7)
-      throw Failure(ExitCode::kUsage, "solutions: either X Y Z, or X Y Z QW QX QY QZ");
+      throw Failure(ExitCode::kUsage, "solutions: write either X Y Z, or X Y Z QW QX QY QZ");
     show_solutions(s.client, pose, s.json);
   });
 }
@@ -355,9 +362,10 @@ void add_panel(CLI::App& app, Settings& s) {
 }
 
 void add_files(CLI::App& app, Settings& s) {
-  CLI::App* run_command = app.add_subcommand("run", "Run a program, one command a line");
+  CLI::App* run_command = app.add_subcommand("run", "Run a program: a text file with one command a line");
   run_command->add_option("PROGRAM", s.run.file, "File, - = standard input")->required();
-  auto* dry_run = run_command->add_flag("--dry-run", s.run.dry_run, "Check and print only");
+  auto* dry_run = run_command->add_flag("--dry-run", s.run.dry_run,
+                                        "Check the program and print its lines; nothing moves");
   auto* profile = run_command->add_option("--profile", s.run.profile,
                                           "With --dry-run: check the reach of this profile's arm, too");
   profile->type_name("FILE")->needs(dry_run);
@@ -369,9 +377,9 @@ void add_files(CLI::App& app, Settings& s) {
   run_command->callback([&s] { run_file(s.client, s.run); });
   CLI::App* record_command = app.add_subcommand("record", "Record every cycle of the loop into a CSV file");
   record_command->add_option("FILE", s.record.file, "File, - = standard output")->required();
-  record_command->add_option("--for", s.record.for_s, "Seconds; otherwise until Ctrl-C")
+  record_command->add_option("--for", s.record.for_s, "End after so many seconds; otherwise at Ctrl-C")
       ->check(number_within(0.001, 1e6));
-  record_command->add_flag("--force", s.record.force, "Overwrite");
+  record_command->add_flag("--force", s.record.force, "Overwrite an existing FILE");
   add_client_options(*record_command, s);
   record_command->callback([&s] { run_record(s.client, s.record); });
   CLI::App* plot_command = app.add_subcommand("plot", "Draw a file of 'record' as an SVG");
@@ -410,16 +418,17 @@ int run(int argc, char** argv) {
   Settings settings;
   std::map<const VerbSpec*, std::vector<std::string>> words;
   add_client_options(app, settings);
+  // The order of the help, of packaging/man/corbot.1 and of docs/cli.md.
   add_supervision(app, settings);
-  add_conform(app, settings);
-  add_calibration(app, settings);
-  add_arm(app, settings);
   add_views(app, settings);
   add_solutions(app, settings);
+  add_panel(app, settings);
   add_verbs(app, settings, words);
   add_files(app, settings);
+  add_arm(app, settings);
+  add_calibration(app, settings);
+  add_conform(app, settings);
   add_cell(app);
-  add_panel(app, settings);
   app.add_subcommand("version", "Print the version")->callback([] {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });

@@ -21,9 +21,9 @@ namespace {
 constexpr double kLargestTicket = 9007199254740992.0;
 
 const OptionSpec kTime{"--time", "T",
-                       "seconds the motion shall take; 0 or none: as fast as the limits allow"};
-const OptionSpec kLine{"--line", "", "in a straight line, turning in step with it"};
-const OptionSpec kAbove{"--above", "D", "metres above the point, vertically"};
+                       "Seconds that the motion takes; 0 or none: as fast as the limits allow"};
+const OptionSpec kLine{"--line", "", "Move in a straight line, and turn in step with it"};
+const OptionSpec kAbove{"--above", "D", "Go to D metres above the point, vertically"};
 
 static_assert(kShortestLease_s == 0.5 && kLongestLease_s == 3600.0, "the help of --lease names both");
 
@@ -52,27 +52,6 @@ const std::vector<VerbSpec> kVerbs{
      "Move along the arc from P1 through P2 to P3, metres",
      true,
      true},
-    {Verb::kDrive,
-     "drive",
-     {"JOINT", "INCREMENT", "SPEED"},
-     3,
-     {},
-     "Move one joint (its number, from 0, or name) by degrees at degrees a second; one that slides by metres",
-     true,
-     true},
-    {Verb::kJoints,
-     "joints",
-     {"A0", "A1", "A2", "A3", "A4", "A5"},
-     1,
-     {kTime},
-     "Move to the given joint values, degrees, or metres of one that slides, one for each joint",
-     true,
-     true},
-    {Verb::kReady, "ready", {}, 0, {}, "Move all joints to zero", true, true},
-    {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Wait at rest for a time", true, true},
-    {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
-    {Verb::kClose, "close", {}, 0, {}, "Close the gripper", true, true},
-    {Verb::kGripper, "gripper", {"PERCENT"}, 1, {}, "Move the gripper: 0 closed, 100 open", true, true},
     {Verb::kMovePose,
      "movepose",
      {"X", "Y", "Z", "A|QW", "B|QX", "C|QY", "QZ"},
@@ -85,16 +64,38 @@ const std::vector<VerbSpec> kVerbs{
      "moverelative",
      {"DX", "DY", "DZ", "A|QW", "B|QX", "C|QY", "QZ"},
      3,
-     {{"--tool", "", "along the tool's axes instead of the base's"}, kLine, kTime},
-     "Move by an offset, metres, and a turn, as for movepose; none: the orientation is kept",
+     {{"--tool", "", "Move along the tool's axes instead of the base's"}, kLine, kTime},
+     "Move by an offset, metres, and by a turn, as for movepose; without a turn the orientation stays",
      true,
      true},
+    {Verb::kDrive,
+     "drive",
+     {"JOINT", "INCREMENT", "SPEED"},
+     3,
+     {},
+     "Move one joint (its number, from 0, or name) by degrees at degrees a second; a sliding joint by metres",
+     true,
+     true},
+    {Verb::kJoints,
+     "joints",
+     {"A0", "A1", "A2", "A3", "A4", "A5"},
+     1,
+     {kTime},
+     "Move to the given joint values, one for each joint: degrees, or metres of a sliding joint",
+     true,
+     true},
+    {Verb::kReady, "ready", {}, 0, {}, "Move all joints to zero", true, true},
+    {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Wait at rest for a time", true, true},
+    {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
+    {Verb::kClose, "close", {}, 0, {}, "Close the gripper", true, true},
+    {Verb::kGripper, "gripper", {"PERCENT"}, 1, {}, "Move the gripper: 0 closed, 100 open", true, true},
     {Verb::kSpeed,
      "speed",
      {"PERCENT"},
      0,
-     {{"--joint", "N", "only of joint N, from 0, or of that name"}, {"--all", "", "of all joints"}},
-     "Set the speed of the motions that follow, or a second one of joints; without PERCENT, show both",
+     {{"--joint", "N", "Set the second speed of joint N only: its number, from 0, or its name"},
+      {"--all", "", "Set the second speed of all joints"}},
+     "Set the speed of the motions that follow, or a second speed of joints; without PERCENT show both",
      false,
      true},
     {Verb::kPitch,
@@ -109,7 +110,8 @@ const std::vector<VerbSpec> kVerbs{
      "orientation",
      {"A|QW", "B|QX", "C|QY", "QZ"},
      0,
-     {{"--reset", "", "of tool pitch and orientation: each motion keeps the orientation that the tool has"}},
+     {{"--reset", "",
+       "Take tool pitch and orientation back: each motion keeps the orientation that the tool has"}},
      "Set the tool's orientation for move, moves and movec, angles in degrees or a quaternion",
      false,
      true},
@@ -117,10 +119,9 @@ const std::vector<VerbSpec> kVerbs{
      "limit",
      {"JOINT", "LOWER", "UPPER"},
      0,
-     {{"--reset", "", "the profile's ranges again, of all joints"}},
-     "Set the soft limits of one joint (its number, from 0, or name), degrees, or metres of one that slides, "
-     "for the motions "
-     "that follow",
+     {{"--reset", "", "Set all joints to the profile's ranges again"}},
+     "Set the soft limits of one joint (its number, from 0, or name), in degrees, or metres of a sliding "
+     "joint",
      false,
      true},
     {Verb::kTool,
@@ -143,7 +144,7 @@ const std::vector<VerbSpec> kVerbs{
      "frames",
      {},
      0,
-     {{"--reset", "", "the profile's frames again, both"}},
+     {{"--reset", "", "Set both frames to the profile's again"}},
      "Show tool and base frame",
      false,
      true},
@@ -159,7 +160,7 @@ const std::vector<VerbSpec> kVerbs{
      "stop",
      {},
      0,
-     {{"--all", "", "every robot that is up here"}},
+     {{"--all", "", "Stop every robot of this user on this machine"}},
      "Stop the arm now and discard what is queued",
      false,
      false},
@@ -179,18 +180,25 @@ const std::vector<VerbSpec> kVerbs{
      "acquire",
      {},
      0,
-     {{"--lease", "S", "seconds until it ends unless it is used, 0.5 to 3600 (60)"},
-      {"--who", "NAME", "who has it, for others to read (USER@MACHINE)"}},
+     {{"--lease", "S", "Seconds after which unused control ends, 0.5 to 3600 (60)"},
+      {"--who", "NAME", "Name of the holder that other clients read (USER@MACHINE)"}},
      "Take exclusive control of an arm at rest; prints the reference for --robot or $CORBOT_ROBOT",
      false,
      false},
-    {Verb::kRenew, "renew", {}, 0, {}, "Begin the lease anew; --robot is the reference", false, false},
+    {Verb::kRenew,
+     "renew",
+     {},
+     0,
+     {},
+     "Restart the lease; --robot or $CORBOT_ROBOT is the reference",
+     false,
+     false},
     {Verb::kRelease,
      "release",
      {},
      0,
-     {{"--force", "", "end any client's control of a robot of yours on this machine"}},
-     "Give control back and stop the arm; --robot is the reference",
+     {{"--force", "", "End any client's control of a robot of yours on this machine, without the reference"}},
+     "Give control back and stop the arm; --robot or $CORBOT_ROBOT is the reference",
      false,
      false},
 };
@@ -213,20 +221,20 @@ std::optional<std::string> check_values(const Request& request) {
       if (n[0] < 0) return fmt::format("SECONDS {}: must not be negative", n[0]);
       break;
     case Verb::kLimit:
-      if (n.size() != (request.reset ? 0u : 3u)) return "either JOINT LOWER UPPER, or --reset alone";
+      if (n.size() != (request.reset ? 0u : 3u)) return "write either JOINT LOWER UPPER, or --reset alone";
       if (!request.reset && n[1] > n[2]) return fmt::format("LOWER {} is above UPPER {}", n[1], n[2]);
       break;
     case Verb::kMoveRelative:
       if (n.size() != 3 && n.size() < 6)
-        return "after DZ three angles A B C, a quaternion QW QX QY QZ, or nothing";
+        return "write after DZ three angles A B C, a quaternion QW QX QY QZ, or nothing";
       break;
     case Verb::kOrientation:
       if (request.reset ? !n.empty() : n.size() < 3)
-        return "three angles A B C or a quaternion QW QX QY QZ, or --reset alone";
+        return "write three angles A B C, a quaternion QW QX QY QZ, or --reset alone";
       break;
     case Verb::kTool:
     case Verb::kBase:
-      if (n.size() != 3 && n.size() != 7) return "either X Y Z, or X Y Z QW QX QY QZ";
+      if (n.size() != 3 && n.size() != 7) return "write either X Y Z, or X Y Z QW QX QY QZ";
       break;
     case Verb::kGripper:
       if (!(n[0] >= 0 && n[0] <= 100)) return fmt::format("PERCENT {}: must be 0 to 100", n[0]);
@@ -239,7 +247,7 @@ std::optional<std::string> check_values(const Request& request) {
       if (!(n[0] > 0 && n[0] <= 100)) {
         return fmt::format("PERCENT {}: must be above 0 and at most 100", n[0]);
       }
-      if (request.all && request.joint >= 0) return "--joint and --all exclude each other";
+      if (request.all && request.joint >= 0) return "give either --joint or --all, not both";
       break;
     case Verb::kAcquire:
       return check_control(request);

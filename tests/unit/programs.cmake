@@ -37,6 +37,12 @@ corbot_command_test(Pictures TIER core
   PROPERTIES TIMEOUT 60)
 corbot_command_test(Words TIER core
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/words_test.py PROPERTIES TIMEOUT 60)
+if(TARGET corbot)
+  corbot_command_test(Commands TIER process
+    COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/commands_test.py
+            $<TARGET_FILE:corbot>
+    PROPERTIES TIMEOUT 60)
+endif()
 corbot_command_test(Installation TIER process
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/install_test.py
           ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR}

@@ -126,22 +126,25 @@ CLI::Validator whole_number_from(int low) {
 }
 
 void add_words_of_persons(CLI::App& cell) {
-  auto [resolving, piece] = add_client(cell, "resolve", "Say where an unclear piece stands", resolve);
-  resolving->add_option("PIECE", piece->piece, "number of the piece, as status shows it")
+  auto [resolving, piece] =
+      add_client(cell, "resolve", "Record where an unclear piece stands", resolve);
+  resolving->add_option("PIECE", piece->piece, "Number of the piece, as 'corbot cell status' shows it")
       ->required()
       ->check(whole_number_from(1));
-  resolving->add_option("PLACE", piece->place, "where it stands");
-  resolving->add_option("SLOT", piece->slot, "the slot there, from 0; none in an area")
+  resolving->add_option("PLACE", piece->place, "Place where the piece stands");
+  resolving->add_option("SLOT", piece->slot, "Slot of PLACE, from 0; an area has none")
       ->check(whole_number_from(0));
-  resolving->add_flag("--gone", piece->is_gone, "it was taken away");
+  resolving->add_flag("--gone", piece->is_gone, "The piece was taken away");
   auto [exchanging, emptied] =
-      add_client(cell, "exchange", "Say that a place was emptied",
+      add_client(cell, "exchange", "Record that a place was emptied",
                  [](CellClient& client, const Words& words) { client.exchange(words.place, user_name()); });
-  exchanging->add_option("PLACE", emptied->place, "the place; no robot may be at work there")->required();
+  exchanging->add_option("PLACE", emptied->place, "The emptied place; no robot may be at work there")
+      ->required();
   auto [releasing, claimed] = add_client(
       cell, "release",
-      "End the claim of a robot whose coordinator has ended for good and cannot move it any more", release);
-  releasing->add_option("ROBOT", claimed->place, "name of the robot in CELL")->required();
+      "End the claim on a robot whose coordinator has ended for good and cannot move the robot any more",
+      release);
+  releasing->add_option("ROBOT", claimed->place, "Name of the robot in CELL")->required();
 }
 
 }  // namespace
@@ -154,43 +157,45 @@ void add_cell(CLI::App& app) {
   const auto options = std::make_shared<CellRunOptions>();
   options->cell.add_to(*run);
   run->add_option("--pictures", options->pictures,
-                  "directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
+                  "Directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
   add_panel_to(*run, options->panel);
   run->add_flag("--until-eof", options->until_eof,
-                "The end of standard input, a pipe, ends the cell: it ends with the starter");
+                "End the cell at the end of standard input, such as a pipe from the program that starts it");
   run->footer("Ctrl-C stops the arms and ends everything. docs/cell.md describes CELL.");
   run->callback([options] { cell_run(*options); });
 
+  CLI::App* check =
+      cell->add_subcommand("check", "Check whether the robots reach all points of a cell; nothing moves");
+  const auto checked = std::make_shared<cell::CellOptions>();
+  checked->add_file_to(*check);
+  check->callback([checked] { cell_check(*checked); });
   CLI::App* up =
-      cell->add_subcommand("up", "Start a cell that stays: what dies is started again, and the work goes on");
+      cell->add_subcommand("up", "Start a cell that stays, and restart each program of it that ends");
   const auto stays = std::make_shared<cell::CellOptions>();
   stays->add_to(*up);
   const auto panel = std::make_shared<PanelPort>();
   add_panel_to(*up, *panel);
   up->callback([stays, panel] { cell_up(*stays, *panel); });
-  CLI::App* check =
-      cell->add_subcommand("check", "Whether the robots reach all points of a cell; moves nothing");
-  const auto checked = std::make_shared<cell::CellOptions>();
-  checked->add_file_to(*check);
-  check->callback([checked] { cell_check(*checked); });
   CLI::App* down = cell->add_subcommand("down", "End a cell that is up, and wait for its end");
   const auto ends = std::make_shared<cell::CellOptions>();
   ends->add_address_to(*down);
   down->callback([ends] { cell_down(*ends); });
 
   const auto cell_of = [](const Words& words) { return load_for_command(words.cell); };
-  add_client(*cell, "status", "Robots, pieces, zones, and what needs a person",
+  add_client(*cell, "status", "Show robots, pieces, zones, and what needs a person",
              [=](CellClient& client, const Words& words) { show(client, cell_of(words)); });
   auto [watching, words] =
-      add_client(*cell, "watch", "The same, again and again",
+      add_client(*cell, "watch", "Show the status of a cell repeatedly",
                  [=](CellClient& client, const Words& given) { watch(client, given, cell_of(given)); });
-  watching->add_option("--interval", words->interval_s, "seconds (1)")->check(CLI::Range(0.1, 3600.0));
-  watching->add_option("--count", words->count, "how often; 0: until Ctrl-C")->check(CLI::Range(0, 1000000));
-  add_client(*cell, "start", "Begin, or go on after pause, stop or what needed a person",
+  watching->add_option("--interval", words->interval_s, "Seconds between two outputs (1)")
+      ->check(CLI::Range(0.1, 3600.0));
+  watching->add_option("--count", words->count, "End after so many outputs; 0: go on until Ctrl-C")
+      ->check(CLI::Range(0, 1000000));
+  add_client(*cell, "start", "Begin the work, or go on after a pause, a stop or a fault that needed a person",
              [](CellClient& client, const Words&) { client.start(); });
-  add_client(*cell, "pause", "Each robot ends its motion under way, and begins no other",
+  add_client(*cell, "pause", "Let each robot end its motion under way, and begin no other",
              [](CellClient& client, const Words&) { client.pause(); });
-  add_client(*cell, "stop", "The arms stop on their path; returns when they rest",
+  add_client(*cell, "stop", "Stop the arms on their path, and wait until they are at rest",
              [](CellClient& client, const Words&) { client.stop(); });
   add_words_of_persons(*cell);
 }
