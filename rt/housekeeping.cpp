@@ -51,7 +51,8 @@ void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backen
     const bool has_servant = server.servant_connected();
     if (has_servant && !had_servant) spdlog::info("servant connected");
     if (!has_servant && had_servant) {
-      spdlog::warn("servant gone; what moves is stopped on its path unless one responds in time");
+      spdlog::warn(
+          "the servant is gone; a motion under way stops on its path unless a servant responds in time");
     }
     had_servant = has_servant;
     std::this_thread::sleep_for(kInterval);

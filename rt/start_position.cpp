@@ -209,10 +209,10 @@ StartPosition::Saved StartPosition::read() const {
   try {
     const std::optional<LastPosition> position = store_->load(profile_.arm);
     if (position && position->in_error)
-      spdlog::warn("the arm was in Error, and was not cleared: nothing is energised until Clear");
+      spdlog::warn("the arm was in Error and was not cleared: the task energises nothing until Clear");
     return {position, position && position->held, position && position->in_error, {}};
   } catch (const PositionError& error) {
-    spdlog::warn("the last position is rejected: {}{}", error.what(),
+    spdlog::warn("the file of the last position is rejected: {}{}", error.what(),
                  error.held()       ? "; the arm is still held by a StopAndHold"
                  : error.in_error() ? "; the arm is in Error until Clear"
                                     : "");

@@ -63,7 +63,7 @@ Predecessor take_kept(const std::string& robot, std::uint64_t fingerprint,
         kept.task = std::move(task);
         kept.task_name = name;
       } catch (const SegmentError& error) {
-        spdlog::warn("what was kept of the task before is not taken over: {}", error.what());
+        spdlog::warn("the stored segment of the previous task cannot be taken over: {}", error.what());
       }
     }
   }
@@ -113,8 +113,8 @@ TaskChannel::TaskChannel(const std::string& robot, std::uint64_t fingerprint, Ch
   }
   if (before.task && !is(*before.task, last)) {
     spdlog::warn(
-        "an earlier real-time task's segment was found, and it is not known that it was the last: not taken "
-        "over");
+        "a segment of an earlier real-time task was found, but a later task may have run, so this task does "
+        "not take it over");
     refuse(**before.task);
     before.task.reset();
   }
@@ -145,11 +145,11 @@ bool TaskChannel::keep(std::size_t name, bool is_name_taken) {
   if (is_name_taken) (void)drop_descriptor(kTaskNames[name]);
   if (!keep_patiently(kTaskNames[name], task_.memory().get())) {
     spdlog::warn(
-        "the supervisor does not take this task's segment: after this task the position is unverified");
+        "the supervisor cannot store this task's segment: the next task begins with an unverified position");
     return false;
   }
   if (!server_.set_last_task(task_->header.id))
-    spdlog::warn("{}: cannot be written: after this task the position is unverified", server_.path());
+    spdlog::warn("{}: cannot be written: the next task begins with an unverified position", server_.path());
   (void)drop_descriptor(kTaskNames[1 - name]);
   return true;
 }

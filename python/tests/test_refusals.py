@@ -79,7 +79,7 @@ def test_a_hold_until_it_is_cleared(arm: corbot.Arm) -> None:
 def test_a_setting_while_somebody_has_control(arm: corbot.Arm) -> None:
     with (
         arm.control("Ada"),
-        pytest.raises(corbot.NoControl, match="Somebody has exclusive control") as raised,
+        pytest.raises(corbot.NoControl, match="Another client has exclusive control") as raised,
     ):
         corbot.connect(arm.address).call("Speed", 50.0)
     assert not raised.value.has_ended

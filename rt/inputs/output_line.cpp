@@ -58,7 +58,7 @@ void PowerSwitch::failed(int error, bool on, std::int64_t now_ns) noexcept {
   }
   is_failing_on_ = on;
   if (!line_.request_again(now_ns)) return;
-  if (is_on_) log_("servo power off: its line is back");
+  if (is_on_) log_("servo power off: its line can be switched again");
   is_on_ = false;
   failures_ = 0;
 }

@@ -52,7 +52,9 @@ void SafetyLines::await_first_look() {
   while (!has_looked_.load(std::memory_order_acquire)) {
     if (patience.is_over()) {
       emergency_stop_.set(StopSource::kWatcher, true);
-      return log("the thread that watches the lines does not come to its first look: that counts as pressed");
+      return log(
+          "the thread that watches the lines has not read them in time: the emergency stop counts as "
+          "pressed");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -118,7 +120,7 @@ void SafetyLines::reopen() noexcept {
   if (now_ns() < reopen_at_ns_) return;
   try {
     input_ = chips_->input(*settings_.stop);
-    log("emergency stop: its line is back");
+    log("emergency stop: its line can be read again");
   } catch (const std::exception&) {
     reopen_at_ns_ = now_ns() + kReopenAfter_ns;
   }

@@ -10,7 +10,7 @@ namespace corbot::rt {
 void WatchdogOutput::step(std::int64_t now_ns, bool may_run, const CycleView& view) noexcept {
   if (is_lost_ && line_.request_again(now_ns)) {
     is_lost_ = level_ = false;
-    log_("watchdog: its line is back");
+    log_("watchdog: its line can be switched again");
   }
   const bool was_tripped = logic_.is_tripped();
   const bool level = logic_.step(now_ns, may_run && !is_lost_, view);

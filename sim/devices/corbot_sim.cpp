@@ -82,8 +82,7 @@ struct Settings {
 };
 
 void add_common(CLI::App& command, ServerOptions& server) {
-  command
-      .add_option("--pty", server.link, "Name for the terminal; a symbolic link that is there is replaced")
+  command.add_option("--pty", server.link, "Name for the terminal; an existing symbolic link is replaced")
       ->required()
       ->type_name("LINK");
   command.add_option("--baud", server.baud, "Speed of the line, kept in both directions")
@@ -101,14 +100,14 @@ void check_baud(Ssc32Model model, int baud) {
   std::set<int> bauds{9600, 38400, 115200};
   if (model == Ssc32Model::kSsc32) bauds.insert(2400);
   if (!bauds.contains(baud)) {
-    throw CLI::ValidationError(fmt::format("--baud: {} is none of {}", baud, fmt::join(bauds, ", ")));
+    throw CLI::ValidationError(fmt::format("--baud: {} is not one of {}", baud, fmt::join(bauds, ", ")));
   }
 }
 
 CLI::App* add_ssc32(CLI::App& app, Settings& settings) {
   CLI::App* ssc32 = app.add_subcommand("ssc32", "Lynxmotion SSC-32 or SSC-32U");
   add_common(*ssc32, settings.server);
-  ssc32->add_option("--model", settings.model, "Which of the two")
+  ssc32->add_option("--model", settings.model, "Model of the controller")
       ->check(CLI::IsMember({"ssc32", "ssc32u"}))
       ->type_name("MODEL")
       ->capture_default_str();
@@ -186,9 +185,7 @@ void run_serial(Settings& settings, bool is_ssc32) {
 
 int main(int argc, char** argv) {
   Settings settings;
-  CLI::App app{
-      "A servo controller that is not there: behaves on a pseudo-terminal or a CAN bus as the real one",
-      "corbot-sim"};
+  CLI::App app{"Emulates a servo controller on a pseudo-terminal, or drives on a CAN bus", "corbot-sim"};
   app.set_version_flag("--version", CORBOT_VERSION);
   app.footer(kFooter);
   app.require_subcommand(1);

@@ -36,7 +36,7 @@ std::string name_of(Section& section, std::set<std::string>& taken) {
   if (!is_name(*name)) {
     section.refuse("name", "must be " + name_rule());
   } else if (!taken.insert(*name).second) {
-    section.refuse("name", "is there already: names must differ");
+    section.refuse("name", "is the name of an earlier table: give each table its own name");
   }
   return *name;
 }
@@ -312,7 +312,8 @@ class Reader {
   void read_store(Section section, bool is_simulated) {
     cell_.ledger = section.text_or("ledger", "ledger.db").value_or("");
     if (section.has("ledger") && section.has("reference"))
-      section.refuse("reference", "must not be there with ledger: the store runs here or elsewhere");
+      section.refuse("reference",
+                     "must not be given together with ledger: the store runs either here or elsewhere");
     if (is_simulated && section.has("ledger") && !is_plain_file_name(cell_.ledger))
       section.refuse(
           "ledger",

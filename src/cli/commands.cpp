@@ -82,7 +82,7 @@ void run_stoppable(const ClientOptions& options, Work&& work) {
   connected = &client;
   try {
     work(client);
-    if (on_signal.seen()) throw Failure(ExitCode::kStopped, "the command had just ended");
+    if (on_signal.seen()) throw Failure(ExitCode::kStopped, "the command had already ended");
   } catch (const Failure& failure) {
     if (!on_signal.seen()) throw;
     on_signal.join();
@@ -173,10 +173,9 @@ void acquire(const ClientOptions& options, const Request& request) {
 void force_release(const ClientOptions& options) {
   const client::Address address = find_robot(options.robot);
   if (address.local.empty()) {
-    throw Failure(
-        ExitCode::kUsage,
-        "--force needs the servant's process: run it on the robot's machine, with --robot NAME where several "
-        "are up");
+    throw Failure(ExitCode::kUsage,
+                  "--force sends a signal to the servant's process: run it on the robot's machine, with "
+                  "--robot NAME if several are up");
   }
   Client client(address, options.timeout_s);
   const std::string holder = client::printable(release_by_force(client, address.local, options.timeout_s));
@@ -198,8 +197,8 @@ void report_reduced_override(Client& client, double wanted_percent) {
   const Corbot::DeviceInfo_var device = client.call([](auto& arm) { return arm.Device(); });
   if (device->positionUncertain) {
     fmt::print(
-        "{:g} % until the first motion is done, since the position is unverified; {:g} % take effect after "
-        "it\n",
+        "override {:g} % until the first motion is done, because the position is unverified; after it {:g} "
+        "%\n",
         now_percent, wanted_percent);
   }
 }
@@ -283,8 +282,8 @@ void plot_same(const Request& request, const PlanOptions& options, const Corbot:
   if (!difference.empty())
     throw Failure(
         ExitCode::kUsage,
-        fmt::format("'{}' is not drawn: by {} it {}. Either the profile is not the robot's, or the robot's "
-                    "speeds, frames, limits or orientation are not those of the profile",
+        fmt::format("'{}' was not drawn: by {} the motion {}. Give the profile that the robot was started "
+                    "with, or set speeds, frames, limits and orientation back to those of the profile",
                     options.plot, options.profile, difference));
   charts::plot_plan(robot, to_string(request), options.plot);
 }

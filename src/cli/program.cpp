@@ -53,7 +53,7 @@ bool is_text(std::string_view line) {
 
 void parse_line(std::string_view line, std::size_t number, Program& program) {
   if (!is_text(line)) {
-    program.faults.push_back({number, "not text: a control character"});
+    program.faults.push_back({number, "the line has a control character: write a program as plain text"});
     return;
   }
   const std::string_view text = bare(line);
@@ -80,7 +80,8 @@ void parse_line(std::string_view line, std::size_t number, Program& program) {
     return;
   }
   if (request.verb == Verb::kFrames && !request.reset) {
-    program.faults.push_back({number, "--reset missing: without it there is nothing to set"});
+    program.faults.push_back(
+        {number, "--reset is missing: a program cannot show frames, write 'frames --reset'"});
     return;
   }
   program.statements.push_back({number, std::string(text), request});

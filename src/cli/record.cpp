@@ -84,7 +84,9 @@ class Output {
     const int mode = force ? O_TRUNC : O_EXCL;
     fd_ = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | mode, 0644);
     if (fd_ >= 0) return;
-    if (errno == EEXIST) throw Failure(ExitCode::kUsage, file + " exists: --force overwrites it");
+    if (errno == EEXIST)
+      throw Failure(ExitCode::kUsage,
+                    file + " exists already: name another file, or overwrite this one with --force");
     throw Failure(ExitCode::kUsage, file + ": " + std::strerror(errno));
   }
   Output(const Output&) = delete;

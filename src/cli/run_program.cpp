@@ -85,7 +85,8 @@ Program load_program(const std::string& file) {
                       fmt::format("{} line{} to fix; nothing moved", count, count == 1 ? "" : "s"));
   }
   if (program.statements.empty()) {
-    throw Failure(ExitCode::kUsage, fmt::format("{}: no command in it; nothing moved", program.name));
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("{}: the program has no command; nothing moved", program.name));
   }
   return program;
 }
@@ -105,10 +106,9 @@ void check_reach(const Program& program, const std::string& profile, const std::
   DryRun robot(profile);
   for (const auto& statement : program.statements) {
     if (const auto why = robot.refusal_of(statement.request))
-      throw Failure(
-          ExitCode::kRefused,
-          fmt::format("{}:{}: {}: would be refused: {}; what follows was not checked; nothing moved",
-                      program.name, statement.line, statement.text, *why));
+      throw Failure(ExitCode::kRefused, fmt::format("{}:{}: {}: the robot would refuse this line: {}; the "
+                                                    "lines after it were not checked; nothing moved",
+                                                    program.name, statement.line, statement.text, *why));
     const bool is_override = statement.request.verb == client::Verb::kOverride;
     fmt::print("line {}: {}{}\n", statement.line, to_string(statement.request),
                is_override ? ": skipped, since it changes no path" : "");

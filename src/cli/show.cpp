@@ -40,11 +40,11 @@ const char* meaning(const StatusReport& r, bool cause_gone) {
                            : std::all_of(r.active_alarms.begin(), r.active_alarms.end(), is_hold);
   switch (r.state) {
     case Corbot::Error:
-      if (is_held) return "held: no fault: 'corbot clear'";
-      return cause_gone ? "faulted: the cause is gone: 'corbot clear'"
+      if (is_held) return "held by 'hold', no fault: 'corbot clear' ends the hold";
+      return cause_gone ? "faulted, and the cause is gone: 'corbot clear' ends the Error"
                         : "faulted: fix the cause, then 'corbot clear'";
     case Corbot::Waiting:
-      if (r.paused) return "paused, what is accepted waits: 'corbot resume'";
+      if (r.paused) return "paused, accepted motions wait: 'corbot resume' continues";
       return client::stands_by(r.device) ? "busy: the servos are being brought back"
                                          : "busy: moving or delaying";
     default:
@@ -74,7 +74,9 @@ bool is_released(const ActiveAlarm& alarm, const Corbot::DeviceInfo& device) {
 /// Describes the device that is back. The text quotes the alarm for the cause, as DeviceInfo no longer
 /// contains it.
 std::string device_back_text(const ActiveAlarm& alarm) {
-  return fmt::format("the servo device was lost, is back: 'corbot clear' (alarm: {})", alarm.text);
+  return fmt::format(
+      "the servo device was lost and is connected again: 'corbot clear' ends the Error (alarm: {})",
+      alarm.text);
 }
 
 std::string local_time(double epoch_s) {

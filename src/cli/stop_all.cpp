@@ -75,7 +75,7 @@ bool report(Stopping& stopping) {
 }  // namespace
 
 void stop_all(const std::string& robot, double timeout_s) {
-  if (!robot.empty()) throw Failure(ExitCode::kUsage, "stop: --all and --robot exclude each other");
+  if (!robot.empty()) throw Failure(ExitCode::kUsage, "stop: give either --all or --robot, not both");
   const auto names = robots_here();
   if (names.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("no robot is up on this machine ({}): nothing to stop",
@@ -94,7 +94,7 @@ void stop_all(const std::string& robot, double timeout_s) {
   }
   std::fflush(stdout);
   if (const std::string elsewhere = client::robots_elsewhere(); !elsewhere.empty())
-    client::notice(stderr, fmt::format("corbot: not asked to stop: {}\n", elsewhere));
+    client::notice(stderr, fmt::format("corbot: not stopped by --all: {}\n", elsewhere));
   if (!failed.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("{} of {} robots did not confirm the stop: {}",
                                                       failed.size(), names.size(), fmt::join(failed, ", ")));

@@ -66,7 +66,7 @@ void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
   const auto joint = static_cast<CORBA::ULong>(numbers[0]);
   if (joint >= limits->length()) {
     throw Failure(ExitCode::kUsage,
-                  fmt::format("JOINT {}: the arm has joints 0 to {}", joint, limits->length() - 1));
+                  fmt::format("JOINT {}: the arm has only joints 0 to {}", joint, limits->length() - 1));
   }
   limits[joint] = {numbers[1], numbers[2]};
   arm.SetSoftLimits(limits.in());
@@ -204,8 +204,9 @@ Request Client::with_joint_number(const Request& request) {
 std::string lengthening(double wanted_s, double planned_s) {
   constexpr double kTolerance_s = 1e-6;
   if (wanted_s == 0.0 || planned_s <= wanted_s + kTolerance_s) return {};
-  return fmt::format("--time {:g}: the limits of the arm do not allow that; the robot has planned {:.3g} s",
-                     wanted_s, planned_s);
+  return fmt::format(
+      "--time {:g}: the limits of the arm do not allow so short a time; the robot has planned {:.3g} s",
+      wanted_s, planned_s);
 }
 
 bool is_planned(Verb verb) noexcept {
@@ -298,7 +299,9 @@ Corbot::PlanInfo_var Client::plan(const Request& given) {
         case Verb::kMoveRelative:
           return plan_relative(arm, request);
         default:
-          throw Failure(ExitCode::kInternal, "no motion of the arm: " + to_string(request));
+          throw Failure(
+              ExitCode::kInternal,
+              "internal error: the client cannot send this command as a motion: " + to_string(request));
       }
     });
   });
@@ -322,7 +325,10 @@ void Client::set(const Request& request) {
       case Verb::kBase:
         return arm.SetBaseFrame(frame(n));
       case Verb::kFrames:
-        if (!request.reset) throw Failure(ExitCode::kUsage, "frames: nothing to set without --reset");
+        if (!request.reset)
+          throw Failure(
+              ExitCode::kUsage,
+              "frames: a program cannot show frames; write 'frames --reset' for the profile's frames");
         return arm.ResetFrames();
       case Verb::kOverride:
         return arm.Override(n[0]);
@@ -377,7 +383,7 @@ double Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
       info = follow(ticket);
       lost.reset();
     } catch (const Corbot::BadParameter&) {
-      throw unknown_end(ticket, "the servant was restarted and does not know the motion");
+      throw unknown_end(ticket, "the servant was restarted meanwhile and has no record of the motion");
     } catch (const CORBA::SystemException& e) {
       // A servant issued the ticket: the motion is accepted, even if the connection is lost.
       const auto now = std::chrono::steady_clock::now();

@@ -91,9 +91,10 @@ int number_of_joint(std::span<const std::string> names, const std::string& name)
   if (found != names.end()) return static_cast<int>(found - names.begin());
   const std::vector<std::string_view> known(names.begin(), names.end());
   const std::string_view near = most_similar(name, known, kSimilarKey);
-  throw Failure(ExitCode::kUsage, fmt::format("JOINT '{}': the arm has {} (0 to {}){}", printable(name),
-                                              fmt::join(names, ", "), static_cast<int>(names.size()) - 1,
-                                              near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+  throw Failure(ExitCode::kUsage,
+                fmt::format("JOINT '{}': the arm has no such joint; its joints are {} (0 to {}){}",
+                            printable(name), fmt::join(names, ", "), static_cast<int>(names.size()) - 1,
+                            near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
 }
 
 bool is_call_timeout(const CORBA::SystemException& e) {
@@ -107,14 +108,14 @@ bool is_certainly_not_executed(const CORBA::SystemException& e) {
 
 Failure unknown_start(const Failure& cause) {
   return {cause.code(), std::string(cause.what()) +
-                            "; whether the motion was accepted is unknown, 'corbot stop' "
-                            "stops it if it was"};
+                            "; whether the robot accepted the motion is unknown: check 'corbot status', or "
+                            "stop the arm with 'corbot stop'"};
 }
 
 Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
   return {ExitCode::kUnreachable,
-          fmt::format("{}; what became of motion {} is unknown, an accepted motion still ends at rest: check "
-                      "'corbot status' before you go on ('corbot cancel {}' takes it back)",
+          fmt::format("{}; the outcome of motion {} is unknown; an accepted motion still ends at rest: check "
+                      "'corbot status' before you go on ('corbot cancel {}' takes the motion back)",
                       cause, ticket, ticket)};
 }
 
@@ -134,9 +135,10 @@ Failure explain(const Corbot::Unreachable& e) {
   const bool is_far = reason.find(kTooFarWords) != std::string::npos;
   const char* hint = metres_hint(e.target.x, e.target.y, e.target.z);
   if (*hint == '\0' && is_far) hint = " ('corbot status' shows the reach)";
-  return {ExitCode::kRefused, fmt::format("refused: ({}, {}, {}) m {}: {}; this command moved nothing{}",
-                                          plain(e.target.x), plain(e.target.y), plain(e.target.z),
-                                          is_far ? "is out of reach" : "cannot be reached so", reason, hint)};
+  return {ExitCode::kRefused,
+          fmt::format("refused: ({}, {}, {}) m {}: {}; this command moved nothing{}", plain(e.target.x),
+                      plain(e.target.y), plain(e.target.z),
+                      is_far ? "is out of reach" : "cannot be reached by this motion", reason, hint)};
 }
 
 Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
@@ -167,11 +169,10 @@ Failure explain(const Corbot::QueueFull& e) {
   if (e.capacity == CORBOT_HOST_PLACES)
     return {
         ExitCode::kRefused,
-        fmt::format(
-            "refused: {0} calls of this machine wait for motions already, which is the limit, or {0} motions "
-            "are queued, which is the limit of the profile's [servant] queue. Try again when one has "
-            "ended, or start motions without waiting (StartMove, Progress)",
-            e.capacity)};
+        fmt::format("refused: {0} calls of this machine already wait for motions, which is the limit of "
+                    "calls, or {0} motions are queued, which is the limit of the profile's [servant] queue. "
+                    "Try again when one has ended, or start motions without waiting (StartMove, Progress)",
+                    e.capacity)};
   return {ExitCode::kRefused,
           fmt::format("refused: {} motions are queued, which is the limit; try again when one has ended",
                       e.capacity)};
@@ -200,8 +201,8 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
   }
   if (CORBA::TRANSIENT::_downcast(&e) != nullptr) {
     return fail(
-        fmt::format("no servant at {}: start it with 'corbot up PROFILE', or say where it is with "
-                    "--robot corbaloc::HOST:PORT/NAME",
+        fmt::format("no servant at {}: start a robot there with 'corbot up PROFILE', or name another address "
+                    "with --robot HOST:PORT/NAME",
                     address.where));
   }
   if (CORBA::COMM_FAILURE::_downcast(&e) != nullptr) {
@@ -212,7 +213,7 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
   }
   if (CORBA::OBJECT_NOT_EXIST::_downcast(&e) != nullptr) {
     const std::string there = robot_at(address.where);
-    return fail(fmt::format("a server answers at {}, but has no robot named '{}'{}", address.where,
+    return fail(fmt::format("the server at {} has no robot named '{}'{}", address.where,
                             printable(address.name), there.empty() ? "" : ": it has '" + there + "'"));
   }
   if (CORBA::INV_OBJREF::_downcast(&e) != nullptr || CORBA::BAD_PARAM::_downcast(&e) != nullptr) {
@@ -223,24 +224,26 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
   }
   if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr && e.minor() == Corbot::NoPermissionNoControl) {
     return {ExitCode::kRefused,
-            "refused: somebody has exclusive control of the arm; 'corbot status' names the holder and the "
-            "time left"};
+            "refused: another client has exclusive control of the arm; 'corbot status' names the holder and "
+            "the time left"};
   }
   if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr && e.minor() == Corbot::NoPermissionControlEnded) {
     return {ExitCode::kRefused,
-            "refused: control has ended: the lease ran out or was released; 'corbot acquire' gives it again"};
+            "refused: control has ended: the lease ran out or control was released; take control again with "
+            "'corbot acquire'"};
   }
   if (CORBA::NO_PERMISSION::_downcast(&e) != nullptr) {
-    return {ExitCode::kRefused, fmt::format("{} does not allow this client to do that", address.where)};
+    return {ExitCode::kRefused,
+            fmt::format("the servant at {} does not allow this client this operation", address.where)};
   }
   if (CORBA::BAD_OPERATION::_downcast(&e) != nullptr || CORBA::MARSHAL::_downcast(&e) != nullptr ||
       CORBA::NO_IMPLEMENT::_downcast(&e) != nullptr) {
-    return {ExitCode::kInternal,
-            fmt::format("the servant at {} does not know this operation: are both of the same "
-                        "version? ('corbot version')",
-                        address.where)};
+    return {ExitCode::kInternal, fmt::format("the servant at {} does not know this operation: compare "
+                                             "'corbot version' here and on the robot's machine",
+                                             address.where)};
   }
-  return {ExitCode::kInternal, fmt::format("the call to {} failed in the ORB ({}, minor code {:#x})",
+  return {ExitCode::kInternal, fmt::format("the call to {} failed in the ORB ({}, minor code {:#x}): check "
+                                           "'corbot status' and the log of 'corbot up'",
                                            address.where, e._name(), e.minor())};
 }
 

@@ -15,8 +15,7 @@ namespace corbot::client {
 namespace {
 
 constexpr const char* kHowToStart =
-    "start it with 'corbot up PROFILE', or say where it is with --robot "
-    "corbaloc::HOST:PORT/NAME";
+    "start one with 'corbot up PROFILE', or name a robot elsewhere with --robot HOST:PORT/NAME";
 
 /// Returns HOST:PORT and NAME of "corbaloc::HOST:PORT/NAME", also with "iiop" and a GIOP version in it.
 Address from_corbaloc(const std::string& uri) {
@@ -85,7 +84,7 @@ Address find_robot(const std::string& robot) {
       throw Failure(ExitCode::kUnreachable,
                     fmt::format("no robot is up on this machine ({}): {}", where_looked(), kHowToStart));
     }
-    throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --robot {}", names.size(),
+    throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: name one with --robot {}", names.size(),
                                                 fmt::join(names, " | ")));
   }
   if (text.starts_with("corbaloc:")) return with_local(from_corbaloc(text));

@@ -40,7 +40,7 @@ std::string number_fault(std::string_view word) {
   double value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc::result_out_of_range)
-    return fmt::format("'{}' is beyond the range of a number", word);
+    return fmt::format("'{}' is too large or too small for a number", word);
   if (error == std::errc{} && end == word.data() + word.size()) {
     return fmt::format("'{}' is not a finite number", word);
   }

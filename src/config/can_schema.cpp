@@ -101,7 +101,7 @@ CanHoming read_homing(Section& section, const DriveKeys& keys) {
   }
   const auto method = section.integer("homing_method", {-128, 127, false, "(6098h)"});
   if (method && *method == 0)
-    section.refuse("homing_method", "must not be 0: leave it out for a drive that keeps its count");
+    section.refuse("homing_method", "must not be 0: leave the key out for a drive that keeps its count");
   const auto read = [&](std::string_view key, double usual, const Bounds& bounds) {
     return keys.si_per_unit * section.number_or(key, usual, bounds).value_or(0);
   };
@@ -132,10 +132,9 @@ CanDrive read_drive(Section& section, const DrivenJoint& joint, NodeUse& in_use)
   drive.zero_count = section.number_or("zero_count", 0, kCount).value_or(0);
   const double farthest = std::abs(drive.zero_count) + drive.counts_per_q * joint.farthest_q;
   if (farthest > kFarthestCount) {
-    section.refuse(
-        keys.scale,
-        fmt::format("gives {:.0f} counts at the end of the joint's range; a drive has up to {:.0f}", farthest,
-                    kFarthestCount));
+    section.refuse(keys.scale, fmt::format("gives {:.0f} counts at the end of the joint's range, but a drive "
+                                           "counts up to {:.0f}: correct it, or the range",
+                                           farthest, kFarthestCount));
   }
   const auto direction = section.integer_or("direction", 1, {-1, 1, false, "(1 or -1)"});
   if (direction && *direction == 0) section.refuse("direction", "must be 1 or -1");
@@ -185,8 +184,11 @@ void read_socketcan(Section section, std::span<const DrivenJoint> joints, Socket
     options.drives.push_back(read_drive(drives[i], i < joints.size() ? joints[i] : DrivenJoint{}, in_use));
   }
   if (!joints.empty() && !drives.empty() && drives.size() != joints.size()) {
-    section.refuse("drive", fmt::format("are {} drives; the arm has {} joints, and each needs one",
-                                        drives.size(), joints.size()));
+    section.refuse(
+        "drive",
+        fmt::format(
+            "are {} drives, but the arm has {} joints: write one [[backend.socketcan.drive]] for each joint",
+            drives.size(), joints.size()));
   }
   if (section.has("gripper")) {
     read_gripper(section.table("gripper"), in_use, options);
@@ -194,7 +196,8 @@ void read_socketcan(Section section, std::span<const DrivenJoint> joints, Socket
     (void)section.table_or_empty("gripper");
   }
   if (const auto master = in_use.find(kMasterNode); options.watch_ms > 0 && master != in_use.end()) {
-    section.refuse("watch_ms", fmt::format("needs node {} for corbot itself, but it is that of {}",
+    section.refuse("watch_ms", fmt::format("needs node {} for corbot itself, but {} has that node: give the "
+                                           "drive another one, or set watch_ms = 0",
                                            kMasterNode, master->second));
   }
   section.finish();

@@ -77,7 +77,8 @@ void read_chain(Section& section, const std::string& profile_file, GeometryInput
     input.urdf = config::read_urdf_chain(xml, *base, *tip);
     const std::string degrees = config::rotation_in_degrees(xml);
     if (!degrees.empty())
-      throw config::UrdfError(fmt::format("has rpy=\"{}\": degrees? A URDF has radians", degrees));
+      throw config::UrdfError(
+          fmt::format("has rpy=\"{}\", which looks like degrees: write radians in a URDF", degrees));
   } catch (const config::UrdfError& error) {
     section.refuse("urdf", error.what());
     input.is_complete = false;
@@ -89,7 +90,7 @@ Quaternion read_orientation(Section& section, bool& is_complete) {
     if (!section.has(key)) section.skip(key);
   }
   if (section.has("rpy_deg") && section.has("quaternion_wxyz")) {
-    section.refuse("quaternion_wxyz", "contradicts rpy_deg: give one of the two");
+    section.refuse("quaternion_wxyz", "contradicts rpy_deg: write only one of the two");
     is_complete = false;
   }
   if (section.has("quaternion_wxyz")) {
@@ -99,7 +100,8 @@ Quaternion read_orientation(Section& section, bool& is_complete) {
     if (!parts) return {};
     const Quaternion q{(*parts)[0], (*parts)[1], (*parts)[2], (*parts)[3]};
     if (std::abs(std::sqrt(squared_norm(q)) - 1.0) <= kUnitLength) return normalised(q);
-    section.refuse("quaternion_wxyz", "must be of length 1");
+    section.refuse("quaternion_wxyz",
+                   "must have length 1: divide its four numbers by the root of the sum of their squares");
     is_complete = false;
     return {};
   }
@@ -155,10 +157,10 @@ void check_kind(Section& robot, const Kinematics& kinematics, const config::ArmD
   if (!given || *given == config::name_of(found)) return;
   const auto& names = config::kKindNames;
   if (std::find(names.begin(), names.end(), *given) == names.end()) {
-    robot.refuse("kind", fmt::format("is none; allowed here: \"{}\"", config::name_of(found)));
+    robot.refuse("kind", fmt::format("is no kind of arm; allowed here: \"{}\"", config::name_of(found)));
     return;
   }
-  std::string text = fmt::format("must be \"{}\", or be left out: the geometry is that of the family '{}'",
+  std::string text = fmt::format("must be \"{}\", or left out: the geometry belongs to the family '{}'",
                                  config::name_of(found), kinematics.family());
   const std::string other = description.form == GeometryForm::kDh
                                 ? config::other_reading(description.table, description.home_q)
@@ -190,8 +192,8 @@ std::string read_urdf(const std::string& file_or_text, const std::string& profil
   const std::filesystem::path file = std::filesystem::path(profile_file).parent_path() / file_or_text;
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) {
-    throw config::UrdfError(
-        fmt::format("is no file: {} (a path counts from the profile's folder)", file.string()));
+    throw config::UrdfError(fmt::format(
+        "does not exist or is no file: {} (a relative path begins at the profile's folder)", file.string()));
   }
   std::ifstream stream{file, std::ios::binary};
   std::string text(kMaxUrdfBytes + 1, '\0');
@@ -210,7 +212,7 @@ GeometryInput read_geometry(Section& root, Section section, const std::string& p
     input.form = GeometryForm::kUrdf;
     if (section.has("dh")) {
       (void)section.text("dh");
-      section.refuse("dh", "contradicts urdf: give one of the two");
+      section.refuse("dh", "contradicts urdf: write only one of the two");
     }
     read_chain(section, profile_file, input);
   } else if (section.has("dh")) {
@@ -226,7 +228,7 @@ GeometryInput read_geometry(Section& root, Section section, const std::string& p
     for (const std::string_view key : {"base", "tool"}) {
       if (!root.has(key)) continue;
       (void)root.table(key);
-      root.refuse(key, "needs [geometry] with dh or urdf");
+      root.refuse(key, "needs the key dh or urdf in [geometry]");
     }
     return input;
   }
@@ -253,9 +255,10 @@ JointKind read_joint_geometry(Section& joint, std::size_t index, GeometryInput& 
   const JointKeys& keys = keys_of(kind);
   const std::string does = kind == JointKind::kRotary ? "turns" : "slides";
   keys.refuse_others(
-      joint, input.form == GeometryForm::kUrdf
-                 ? fmt::format("\"{}\" {} in the URDF", input.urdf.joints[index].name, does)
-                 : fmt::format("the joint {}; its kind says so, and is \"turning\" where it has none", does));
+      joint,
+      input.form == GeometryForm::kUrdf
+          ? fmt::format("\"{}\" {} in the URDF", input.urdf.joints[index].name, does)
+          : fmt::format("the joint {}, by its key kind, which is \"turning\" if it is left out", does));
   const auto home = joint.number_or(keys.home, 0, keys.value);
   input.is_complete = input.is_complete && home.has_value();
   input.home_q[index] = home.value_or(0) * keys.si_per_unit;
@@ -290,7 +293,7 @@ void recognise_geometry(Section& robot, Section& geometry, const GeometryInput& 
   description.difference_m = arm.difference_m;
   description.difference_rad = arm.difference_rad;
   if (input.form == GeometryForm::kLengths && !has_tool_pitch(arm.kinematics)) {
-    geometry.refuse("l1_m", "gives no base and planar arm: " + arm.reason);
+    geometry.refuse("l1_m", "gives no arm with a base axis and a planar arm: " + arm.reason);
   }
   profile.arm.kinematics = arm.kinematics;
   check_kind(robot, arm.kinematics, description, profile.arm.kind);

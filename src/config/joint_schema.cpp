@@ -81,9 +81,9 @@ void check_pulses(Section& joint, const JointKeys& keys, const std::array<double
   for (const double end : range) {
     const double pulse = zero_us + direction * scale * end;
     if (pulse >= pulse_us[0] - kPulseToleranceUs && pulse <= pulse_us[1] + kPulseToleranceUs) continue;
-    joint.refuse(keys.range,
-                 fmt::format("needs a pulse of {:.6g} us at {} {}; pulse_range_us allows {} to {} us", pulse,
-                             end, keys.value.unit, pulse_us[0], pulse_us[1]));
+    joint.refuse(keys.range, fmt::format("needs a pulse of {:.6g} us at {} {}, but pulse_range_us allows {} "
+                                         "to {} us: narrow the range, or correct zero_us",
+                                         pulse, end, keys.value.unit, pulse_us[0], pulse_us[1]));
   }
 }
 
@@ -115,7 +115,8 @@ ServoMap read_servo(Section& joint, const JointKeys& keys, const std::optional<s
 
 void check_range(Section& joint, const JointKeys& keys, const std::array<double, 2>& range, std::size_t index,
                  const GeometryInput& geometry) {
-  if (range[0] > 0 || range[1] < 0) joint.refuse(keys.range, "must contain 0, where Ready goes");
+  if (range[0] > 0 || range[1] < 0)
+    joint.refuse(keys.range, "must contain 0, to which 'corbot ready' moves every joint");
   const config::UrdfJoint& urdf = geometry.urdf.joints[index];
   if (!urdf.is_bounded) return;
   const double lower = urdf.lower_q - geometry.home_q[index], upper = urdf.upper_q - geometry.home_q[index];
@@ -135,9 +136,11 @@ void check_place(Section& joint, const std::string& name, std::size_t index, con
   if (index >= count || joints[index].name == name) return;
   for (std::size_t i = 0; i < count; ++i) {
     if (joints[i].name != name) continue;
-    joint.refuse("name", fmt::format("is joint {} of the URDF, whose joint {} is \"{}\"; they stand in its "
-                                     "order",
-                                     i, index, joints[index].name));
+    joint.refuse(
+        "name",
+        fmt::format(
+            "is joint {} of the URDF, whose joint {} is \"{}\": write the joints in the order of the URDF", i,
+            index, joints[index].name));
   }
 }
 
@@ -146,7 +149,7 @@ void read_joint(Section& section, std::size_t index, Profile& profile, GeometryI
   JointLimits& limits = profile.arm.joints[index];
   const std::string name = read_name(section, "name");
   if (!name.empty() && std::count(profile.joint_names.begin(), profile.joint_names.end(), name) > 0) {
-    section.refuse("name", "is the name of an earlier joint; names must differ");
+    section.refuse("name", "is the name of an earlier joint: give each joint its own name");
   }
   check_place(section, name, index, geometry);
   profile.joint_names.push_back(name);
@@ -219,15 +222,16 @@ void read_joints(Section& root, Profile& profile, GeometryInput& geometry, bool 
     root.refuse(
         "joint",
         fmt::format(
-            "are {} joints; an anthropomorphic arm of this family has {}: base, shoulder, elbow, wrist",
+            "are {} joints, but an anthropomorphic arm of this family has {}: base, shoulder, elbow, wrist",
             joints.size(), wanted));
   } else if (wanted > 0 && joints.size() != wanted) {
     std::vector<std::string_view> names;
     for (std::size_t i = 0; i < wanted; ++i) names.push_back(geometry.urdf.joints[i].name);
-    root.refuse("joint", fmt::format("are {} joints; the URDF has {} between those links: {}", joints.size(),
-                                     wanted, fmt::join(names, ", ")));
+    root.refuse("joint",
+                fmt::format("are {} joints, but the URDF has {} between the links base_link and tip_link: {}",
+                            joints.size(), wanted, fmt::join(names, ", ")));
   } else if (joints.size() > kMaxJoints) {
-    root.refuse("joint", fmt::format("are {} joints; an arm has 1 to {}", joints.size(), kMaxJoints));
+    root.refuse("joint", fmt::format("are {} joints, but an arm has 1 to {}", joints.size(), kMaxJoints));
   }
   const bool is_right = joints.size() <= kMaxJoints && (wanted == 0 || joints.size() == wanted);
   geometry.is_complete = geometry.is_complete && is_right;

@@ -58,7 +58,7 @@ Profile load_profile(const std::filesystem::path& path) {
 
 Profile parse_profile(std::string_view text, std::string file) {
   if (text.size() > kMaxProfileBytes)
-    refuse_file(file, fmt::format("is larger than {} bytes", kMaxProfileBytes));
+    refuse_file(file, fmt::format("is larger than {} bytes, the limit of a profile", kMaxProfileBytes));
   Profile profile;
   profile.file = file;
   FaultList faults{std::move(file), {}};

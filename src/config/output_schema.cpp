@@ -50,7 +50,7 @@ void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions& co
   options.lines = section.texts("lines", kMaxServos).value_or(std::vector<std::string>{});
   for (auto line = options.lines.begin(); line != options.lines.end(); ++line) {
     if (line->empty() || std::find(options.lines.begin(), line, *line) != line) {
-      section.refuse("lines", "must be names or offsets of lines, each one once");
+      section.refuse("lines", "must be names or offsets of lines, each different and not empty");
       break;
     }
   }
@@ -61,10 +61,9 @@ void read_gpiod(Section section, GpiodOptions& options, CommonBackendOptions& co
   }
   options.staggered = pulses == "staggered";
   if (options.staggered && static_cast<double>(options.lines.size()) * kSlot_us > 1e6 / options.frame_hz) {
-    section.refuse(
-        "lines", fmt::format("are too many to be staggered in a frame of {:.4g} us, {} us each; set pulses = "
-                             "\"together\"",
-                             1e6 / options.frame_hz, kSlot_us));
+    section.refuse("lines", fmt::format("are too many for staggered pulses in a frame of {:.4g} us, {} us "
+                                        "each: set pulses = \"together\"",
+                                        1e6 / options.frame_hz, kSlot_us));
   }
   options.priority = static_cast<int>(
       section.integer_or("priority", 0, {0, 99, false, "(0: one above the loop's)"}).value_or(0));
@@ -140,7 +139,7 @@ void check_channels(Section section, const BackendOptions& backend,
   for (const auto& [channel, key] : channels) {
     if (channel < count || count == 0) continue;
     section.refuse("kind",
-                   fmt::format("has channels 0 to {}{}; {} is {}", count - 1,
+                   fmt::format("has channels 0 to {}{}, but {} is {}", count - 1,
                                is_gpiod ? ", one for each of backend.gpiod.lines" : "", key, channel));
   }
 }
@@ -162,7 +161,9 @@ void read_power_enable(Section section, Profile& profile) {
   options.active_low = read_active_low(section, "active", false);
   options.off_at_stop = section.flag_or("off_at_stop", true).value_or(true);
   if (!options.off_at_stop && profile.stop.category == 0)
-    section.refuse("off_at_stop", "contradicts stop.category = 0, which takes the power at once");
+    section.refuse("off_at_stop",
+                   "contradicts stop.category = 0, which switches the power off at once: set it to true, or "
+                   "category = 1");
   section.finish();
 }
 
@@ -174,16 +175,16 @@ void read_watchdog(Section section, Profile& profile) {
   options.period_ns = static_cast<std::int64_t>(period_ms * 1e6);
   // A cycle takes one period of the loop, and is occasionally late.
   if (options.period_ns < profile.arm.period_ns) {
-    section.refuse("period_ms", fmt::format("must be at least that of the loop, {} ms",
+    section.refuse("period_ms", fmt::format("must be at least the period of the loop, {} ms",
                                             static_cast<double>(profile.arm.period_ns) * 1e-6));
   }
   const auto is_taken = [&](const std::string& chip, const std::string& line) {
     return !chip.empty() && chip == options.chip && line == options.line;
   };
   if (is_taken(profile.power_enable.chip, profile.power_enable.line))
-    section.refuse("line", "is the line of power_enable");
+    section.refuse("line", "is the line of power_enable: use another line");
   if (is_taken(profile.emergency_stop.chip, profile.emergency_stop.line))
-    section.refuse("line", "is the line of emergency_stop");
+    section.refuse("line", "is the line of emergency_stop: use another line");
   section.finish();
 }
 

@@ -35,7 +35,7 @@ void read_path(Section section, PathLimits& path) {
   const auto rotation = [&section](std::string_view key, std::string_view older, std::string_view unit) {
     const bool is_older = section.has(older) && !section.has(key);
     if (section.has(older) && !is_older)
-      section.refuse(older, fmt::format("is an older name of {}: give one", key));
+      section.refuse(older, fmt::format("is an older name of {}: write only that one", key));
     section.skip(older);
     return section.number(is_older ? older : key, limit(unit)).value_or(0) * kRadiansPerDegree;
   };
@@ -104,9 +104,9 @@ void read_stop(Section section, const ArmModel& arm, bool is_whole, StopOptions&
   const auto ramp_s = section.number_or("ramp_s", std::max(1.0, longest_s), {0.05, 10, false, "s"});
   stop.ramp_s = ramp_s.value_or(1.0);
   if (ramp_s && *ramp_s < longest_s)
-    section.refuse(
-        "ramp_s", fmt::format("a number from {:.3g} s, which the longest stop by these limits takes, to 10 s",
-                              longest_s));
+    section.refuse("ramp_s", fmt::format("must be a number from {:.3g} s, the duration of the longest stop "
+                                         "by the limits of this profile, to 10 s",
+                                         longest_s));
   section.finish();
 }
 

@@ -189,7 +189,7 @@ std::optional<std::array<double, 2>> Section::range(std::string_view key, const 
   const auto ends = numbers(key, 2, allowed);
   if (!ends) return std::nullopt;
   if ((*ends)[0] < (*ends)[1]) return std::array{(*ends)[0], (*ends)[1]};
-  refuse(key, "must be [lower, upper] with lower below upper");
+  refuse(key, "must be [LOWER, UPPER], with LOWER below UPPER");
   return std::nullopt;
 }
 
@@ -197,7 +197,7 @@ Section Section::table(std::string_view key) {
   const toml::node* node = find(key, false);
   if (node == nullptr && table_ != nullptr) {
     faults_->add(line_of(key), full_key(key), "",
-                 fmt::format("is missing: the profile needs a table [{}]", full_key(key)));
+                 fmt::format("is missing: add a table [{}] to the profile", full_key(key)));
   }
   if (node != nullptr && !node->is_table()) refuse(key, fmt::format("must be a table, [{}]", full_key(key)));
   return Section{node != nullptr ? node->as_table() : nullptr, full_key(key), *faults_};

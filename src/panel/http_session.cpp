@@ -71,7 +71,7 @@ void HttpSession::on_read(beast::error_code error) {
     return refuse(Status::request_header_fields_too_large, "the header is too large");
   if (error == http::error::body_limit) return refuse(Status::payload_too_large, "the body is too large");
   if (error && error.category() == http::make_error_code(http::error::bad_method).category())
-    return refuse(Status::bad_request, "this is no request of HTTP");
+    return refuse(Status::bad_request, "this is not an HTTP request");
   if (error) return;  // closed, or idle for too long
   const Request request = parser_->release();
   keep_alive_ = request.keep_alive();
@@ -171,7 +171,8 @@ void HttpSession::send_picture(std::string_view path) {
 }
 
 void HttpSession::open_socket(const Request& request) {
-  if (!beast::websocket::is_upgrade(request)) return refuse(Status::bad_request, "this is no WebSocket");
+  if (!beast::websocket::is_upgrade(request))
+    return refuse(Status::bad_request, "this is not a request for a WebSocket");
   if (!hub_.has_room_for_socket())
     return refuse(Status::service_unavailable, "too many browsers watch: close one");
   const auto socket = std::make_shared<SocketSession>(hub_, std::move(stream_));

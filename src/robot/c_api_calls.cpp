@@ -85,7 +85,8 @@ corbot_status corbot_robot_acquire(corbot_robot* robot, const corbot_caller* cal
   return recorded(
       robot, caller, error,
       [&](const std::string&) {
-        const Wanted wanted = wanted_to_change(caller, "no client has got control; call again");
+        const Wanted wanted = wanted_to_change(
+            caller, "no client could take control, because another call came between; call again");
         copy_text(robot->robot.acquire(who, lease_s, wanted), key, CORBOT_KEY);
       },
       "Acquire(\"{:.80}\", {})", who, lease_s);

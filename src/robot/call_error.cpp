@@ -76,8 +76,9 @@ double checked_percent(const std::string& parameter, double percent) {
 }
 
 CallError no_such_motion(std::uint64_t id) {
-  return bad_argument("id", static_cast<double>(id),
-                      fmt::format("there is no motion {}, or it is forgotten", id));
+  return bad_argument(
+      "id", static_cast<double>(id),
+      fmt::format("motion {} is unknown: no motion had this number, or its record was dropped", id));
 }
 
 CallError not_ready(const std::string& text) { return call_error(CORBOT_NOT_READY, text); }

@@ -20,6 +20,6 @@ namespace corbot {
 /// Abort check of a call that changes state. `otherwise` tells the client what happens if the call ends
 /// early.
 [[nodiscard]] Wanted wanted_to_change(const corbot_caller* caller,
-                                      std::string otherwise = "what it asked for may still be carried out");
+                                      std::string otherwise = "the robot may still carry out the call");
 
 }  // namespace corbot

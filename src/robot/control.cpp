@@ -207,7 +207,7 @@ void Control::end_by_force() {
 void Control::give_up(std::unique_lock<std::mutex>& lock, const Wanted& wanted) {
   const std::string failure = end(lock, true, wanted);
   if (!failure.empty())
-    throw not_ready("control has ended, but it is not known that the arm has stopped: " + failure);
+    throw not_ready("control has ended, but the servant cannot confirm that the arm has stopped: " + failure);
 }
 
 std::string Control::end(std::unique_lock<std::mutex>& lock, bool is_released, const Wanted& wanted) {

@@ -179,7 +179,7 @@ void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted
   access_.check(task);
   Snapshot now{};
   if (!task.segment().snapshot.load(now) || now.incarnation != task.incarnation)
-    throw not_ready("the real-time task has not said where the arm is; call again");
+    throw not_ready("the real-time task has not reported the position of the arm yet; call again");
   const std::size_t pending = tickets_.pending();
   if (pending > 0 || !is_idle(now)) {
     throw not_ready(

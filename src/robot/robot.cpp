@@ -229,7 +229,7 @@ bool Robot::is_finished(corbot_ticket id) const {
 }
 
 void Robot::report_end(const std::optional<Ticket>& ticket) const {
-  if (!ticket) throw internal("a motion that was waited for is forgotten");
+  if (!ticket) throw internal("the record of the motion was dropped while the call waited");
   switch (ticket->state) {
     case TicketState::kDone:
       return;
@@ -240,8 +240,8 @@ void Robot::report_end(const std::optional<Ticket>& ticket) const {
       throw not_ready(view_.state() == CORBOT_STATE_ERROR && !cause.empty() ? cause : ticket->reason);
     }
     case TicketState::kPending:
-      if (watch_.is_frozen()) throw not_ready(watch_.cause() + "; what becomes of the motion is open");
-      throw not_ready("the servant is shutting down; the motion is carried out");
+      if (watch_.is_frozen()) throw not_ready(watch_.cause() + "; the outcome of the motion is unknown");
+      throw not_ready("the servant is shutting down; the task still carries the motion out");
   }
 }
 

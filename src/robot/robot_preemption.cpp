@@ -180,9 +180,9 @@ std::string Robot::end_control(const Control::Ending& ending) noexcept {
       failure = failed.what();
     }
     if (!ending.is_released) {
-      record(
-          {ending.who, "", "the lease has run out", 0,
-           failure.empty() ? "the arm was stopped" : "it is not known that the arm has stopped: " + failure});
+      record({ending.who, "", "the lease has run out", 0,
+              failure.empty() ? "the arm was stopped"
+                              : "the servant cannot confirm that the arm has stopped: " + failure});
     }
   } catch (const std::exception&) {
     // The entry matters less than the stop.

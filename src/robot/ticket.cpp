@@ -45,7 +45,7 @@ const char* to_string(TicketReason reason) {
     case TicketReason::kOrphaned:
       return "no servant responded: the motion was stopped on its path";
     case TicketReason::kDropped:
-      return "the motion was not begun: what its servant had handed over was damaged";
+      return "the motion was not begun: its data from the servant was damaged";
     case TicketReason::kEnded:
       return "the real-time task was ended: the motion was stopped on its path, or not begun";
     case TicketReason::kTakenBack:

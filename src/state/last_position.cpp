@@ -163,15 +163,17 @@ std::string position_text(const LastPosition& position, const ArmModel& arm) {
 LastPosition parse_position(std::string_view text, std::string_view robot, std::string_view device,
                             const ArmModel& arm) {
   const toml::table table = parse(text);  // a truncated file lacks its gripper, which is at the end
-  if (required<std::string>(table, "robot") != robot) throw PositionError("it is another robot's");
+  if (required<std::string>(table, "robot") != robot)
+    throw PositionError("the file belongs to another robot");
   try {
     if (required<std::int64_t>(table, "format") != kFormat)
-      throw PositionError("its format is not known to this version");
+      throw PositionError("this version does not know the format of the file");
     LastPosition position = read_common(table);
     if (position.device != device)
-      throw PositionError("it is of another device", position.held, position.in_error);
+      throw PositionError("the file belongs to another device", position.held, position.in_error);
     if (position.fingerprint != position_fingerprint(arm))
-      throw PositionError("the profile has changed since it was written", position.held, position.in_error);
+      throw PositionError("the profile has changed since the file was written", position.held,
+                          position.in_error);
     position.position_q = read_joints(table, arm);
     return position;
   } catch (const PositionError& error) {

@@ -57,7 +57,7 @@ PositionStore::PositionStore(const fs::path& directory, const std::string& robot
       fresh_(file_.string() + "." + writer),
       robot_(robot),
       device_(device) {
-  if (!is_file_name(robot)) throw std::invalid_argument("'" + robot + "' is no name of a robot");
+  if (!is_file_name(robot)) throw std::invalid_argument("'" + robot + "' is not the name of a robot");
 }
 
 std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {

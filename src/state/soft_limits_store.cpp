@@ -87,13 +87,14 @@ JointRanges parse_soft_limits(std::string_view text, std::string_view robot, std
                               const ArmModel& arm) {
   const toml::table table = parse_soft_limits(text);
   if (required_value<std::int64_t>(table, "format") != kSoftLimitsFormat)
-    throw SoftLimitsError("its format is not known to this version");
+    throw SoftLimitsError("this version does not know the format of the file");
   if (!required_value<bool>(table, "whole")) throw SoftLimitsError("whole: must be true");
-  if (required_value<std::string>(table, "robot") != robot) throw SoftLimitsError("it is another robot's");
+  if (required_value<std::string>(table, "robot") != robot)
+    throw SoftLimitsError("the file belongs to another robot");
   if (required_value<std::string>(table, "device") != device)
-    throw SoftLimitsError("it is of another device");
+    throw SoftLimitsError("the file belongs to another device");
   if (required_value<std::string>(table, "profile") != fingerprint_text(arm))
-    throw SoftLimitsError("the profile has changed since it was written");
+    throw SoftLimitsError("the profile has changed since the file was written");
   const JointRanges limits{read_list(table, "lower", arm), read_list(table, "upper", arm)};
   for (std::size_t i = 0; i < dof_of(arm); ++i) {
     if (!(limits.lower_q[i] <= limits.upper_q[i]))
@@ -108,7 +109,7 @@ SoftLimitsStore::SoftLimitsStore(const std::filesystem::path& directory, std::st
       fresh_(file_.string() + ".servant"),
       robot_(std::move(robot)),
       device_(std::move(device)) {
-  if (!is_file_name(robot_)) throw std::invalid_argument("'" + robot_ + "' is no name of a robot");
+  if (!is_file_name(robot_)) throw std::invalid_argument("'" + robot_ + "' is not the name of a robot");
 }
 
 std::optional<JointRanges> SoftLimitsStore::load(const ArmModel& arm) const {

@@ -751,10 +751,10 @@ TEST_F(CellUp, AStoreThatCannotStartAgainIsGivenUpWithItsReason) {
   const auto end = cell.wait(within(120));
   ASSERT_TRUE(end);
   EXPECT_EQ(WEXITSTATUS(*end), 5);
-  EXPECT_THAT(
-      cell.errors(),
-      testing::ContainsRegex("store died \\(exit code 5\\); 10 starts in a row did not get ready: giving up\n"
-                             ".*store.log:\n(.*\n)*  corbot-store: .*ledger.db"));
+  EXPECT_THAT(cell.errors(),
+              testing::ContainsRegex("store died \\(exit code 5\\); 10 starts in a row failed, the limit of "
+                                     "\\[supervisor\\] attempts: giving up\n"
+                                     ".*store.log:\n(.*\n)*  corbot-store: .*ledger.db"));
   EXPECT_EQ(left_running(), "");
 }
 

@@ -126,7 +126,7 @@ TEST_F(Answers, WhatBecameOfAMotionIsUnknownWhereTheServantIsGone) {
   ASSERT_EQ(::kill(pid_of("servant_pid"), SIGKILL), 0);
   EXPECT_EQ(exit_code(*motion), 3);
   EXPECT_THAT(motion->errors(),
-              AllOf(HasSubstr("closed the connection"), HasSubstr("what became of motion 1 is unknown"),
+              AllOf(HasSubstr("closed the connection"), HasSubstr("the outcome of motion 1 is unknown"),
                     HasSubstr("corbot cancel 1"), Not(HasSubstr("refused"))));
   supervisor_->signal(SIGCONT);
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"cancel", "1"}).code == 0; })) << "it is known";
@@ -142,7 +142,7 @@ TEST_F(Answers, WhatBecameOfAMotionIsUnknownWhereTheServantDoesNotAnswer) {
   ASSERT_EQ(::kill(servant, SIGSTOP), 0);
   EXPECT_EQ(exit_code(*motion), 3);
   EXPECT_THAT(motion->errors(), AllOf(HasSubstr("no answer from"), HasSubstr("in time"),
-                                      HasSubstr("what became of motion 1 is unknown"),
+                                      HasSubstr("the outcome of motion 1 is unknown"),
                                       HasSubstr("corbot cancel 1"), Not(HasSubstr("refused"))));
   ASSERT_EQ(::kill(servant, SIGCONT), 0);
   supervisor_->signal(SIGCONT);
@@ -181,7 +181,8 @@ TEST_F(Answers, AServantThatCannotBeStartedIsGivenUpAfterLongerAndLongerWaits) {
     at = log.find(std::string("starting it again in ") + wait_s + " s\n", at);
   }
   ASSERT_NE(at, std::string::npos) << log;
-  EXPECT_THAT(log.substr(at), HasSubstr("5 starts in a row did not get ready: giving up"));
+  EXPECT_THAT(log.substr(at),
+              HasSubstr("5 starts in a row failed, the limit of [supervisor] attempts: giving up"));
   EXPECT_TRUE(has_ended(rt)) << "the others are ended";
   supervisor_.reset();
 }
@@ -334,7 +335,7 @@ TEST_F(Answers, StopAllSaysWhichRobotOfAnotherRuntimeDirectoryItDidNotAsk) {
   lock.reset();
   EXPECT_EQ(result.code, 0);
   EXPECT_EQ(result.output, name_ + ": stopped\n");
-  EXPECT_THAT(result.errors, AllOf(HasSubstr("not asked to stop: "), HasSubstr("'" + other + "' is up"),
+  EXPECT_THAT(result.errors, AllOf(HasSubstr("not stopped by --all: "), HasSubstr("'" + other + "' is up"),
                                    HasSubstr("--robot " + state.address)));
 }
 

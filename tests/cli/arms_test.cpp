@@ -216,7 +216,7 @@ TEST_F(Arms, ByAUrdfOutliveItsFile) {
 TEST_F(Arms, WithoutServosAreNotCalibrated) {
   const RunResult result = corbot({"calibrate", shipped("omx"), "--name", name_});
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("there is nothing to calibrate"));
+  EXPECT_THAT(result.errors, HasSubstr("has no servo for some joint or the gripper"));
 }
 
 TEST_F(Arms, WithASlideAreCalibratedInMillimetres) {

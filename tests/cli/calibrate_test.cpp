@@ -182,7 +182,8 @@ TEST_F(Calibrate, StoredAnglesAreShownAndConfirmedBeforeTheServosGoThere) {
   EXPECT_THAT(emulator_->wait_line("pulses", within(10)).value_or(""), Not(HasSubstr("0=")));
   ask("on", "'on'");
   EXPECT_EQ(ask("yes", "the servos"), "the servos have their pulses");
-  EXPECT_THAT(ask("yes", "refused:"), HasSubstr("nothing was asked: the servos are on"));
+  EXPECT_THAT(ask("yes", "refused:"),
+              HasSubstr("there is no question to answer with 'yes': the servos are on already"));
   EXPECT_TRUE(pulse_arrives("0=2100"));
   send("quit");
   EXPECT_EQ(end(), 0) << session_->errors();
@@ -348,9 +349,10 @@ TEST_F(Calibrate, ARefusedWriteFromAPipeEndsIt) {
     send(line);
   EXPECT_EQ(end(), 2);
   EXPECT_THAT(session_->output(), HasSubstr("! base: its"));
-  EXPECT_THAT(session_->errors(), AllOf(HasSubstr("line 7: "),
-                                        HasSubstr("must be fixed first; 1 joint was marked and not written"),
-                                        Not(HasSubstr("nothing is written"))));
+  EXPECT_THAT(session_->errors(),
+              AllOf(HasSubstr("line 7: "),
+                    HasSubstr("fix the faults marked '!' first; 1 joint was marked and not written"),
+                    Not(HasSubstr("nothing is written"))));
   EXPECT_NE(text_of(profile_), before_) << "the first one was good";
 }
 
@@ -369,7 +371,7 @@ TEST_F(Calibrate, QuitWarnsOnceAtATerminal) {
   ask("on", "the servos");
   ask("joint base", "base");
   ask("mark 1", "base");
-  EXPECT_EQ(ask("quit", "1 joint"), "1 joint was marked and not written: 'write' first, or 'quit' again");
+  EXPECT_EQ(ask("quit", "1 joint"), "1 joint was marked and not written: type 'write' to keep the values");
   ask("write", "written");
   ask("joint gripper", "gripper");
   ask("- 7", "gripper");

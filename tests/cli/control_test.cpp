@@ -68,7 +68,7 @@ TEST_F(ControlCommands, EveryCommandWorksThroughTheReference) {
     EXPECT_EQ(refused.code, 1) << command[0];
     if (command[0] == "speed" || command[0] == "pitch") {
       EXPECT_THAT(refused.errors,
-                  HasSubstr("somebody has exclusive control of the arm; 'corbot status' names"));
+                  HasSubstr("another client has exclusive control of the arm; 'corbot status' names"));
     } else if (command[0] != "renew") {
       EXPECT_THAT(refused.errors, HasSubstr("'cell 7' has control of the arm, for another ")) << command[0];
     }

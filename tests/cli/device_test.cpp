@@ -36,10 +36,10 @@ TEST_F(Device, ALostDeviceIsReportedUntilAClear) {
   std::string text;
   EXPECT_TRUE(wait_until(within(30), [&] {
     text = corbot({"status"}).output;
-    return text.find("is back: 'corbot clear'") != std::string::npos;
+    return text.find("is connected again: 'corbot clear'") != std::string::npos;
   })) << text;
-  EXPECT_THAT(text, AllOf(HasSubstr("121 the servo device was lost, is back: 'corbot clear' "
-                                    "(alarm: the servo device is lost: it does not answer"),
+  EXPECT_THAT(text, AllOf(HasSubstr("121 the servo device was lost and is connected again: 'corbot clear' "
+                                    "ends the Error (alarm: the servo device is lost: it does not answer"),
                           Not(HasSubstr("fix the cause"))));
   EXPECT_TRUE(wait_until(within(30), [&] { return corbot({"clear"}).code == 0; }));
   EXPECT_THAT(corbot({"status"}).output, Not(HasSubstr("121 the servo device")));
@@ -93,7 +93,7 @@ TEST_F(Device, AnOverrideDuringTheFirstMotionTakesEffectAfterIt) {
   ASSERT_TRUE(emulator.wait_line("ready", within(30))) << emulator.errors();
   up({}, put_ssc32_profile(line, "", false));
   if (HasFatalFailure()) return;
-  EXPECT_THAT(corbot({"override", "100"}).output, HasSubstr("100 % take effect after it"));
+  EXPECT_THAT(corbot({"override", "100"}).output, HasSubstr("after it 100 %"));
   EXPECT_EQ(corbot({"override", "5"}).output, "");
   EXPECT_EQ(corbot({"override", "100"}).code, 0);
   ASSERT_EQ(corbot({"joints", "2", "0", "0", "0"}).code, 0);

@@ -80,7 +80,8 @@ TEST_F(Home, IsAskedForAndLetsTheRobotStart) {
   EXPECT_TRUE(wait_until(within(30),
                          [&] {
                            const std::string said = refused->output() + refused->errors();
-                           return said.find("node 1: is not homed since its power-up") != std::string::npos &&
+                           return said.find("node 1: has not been homed since its power-up") !=
+                                      std::string::npos &&
                                   said.find("corbot home ") != std::string::npos;
                          }))
       << refused->output() << refused->errors();
@@ -128,7 +129,8 @@ TEST_P(HomeIsEnded, AndHaltsTheDriveAndTakesTheVoltageOff) {
   ASSERT_TRUE(wait_until(within(30), [&] { return drives_.counts().at(1) > 500; }));
   session_->signal(GetParam());
   EXPECT_EQ(end(), 4);
-  EXPECT_THAT(session_->errors(), HasSubstr("base is halted, and not homed; the drives have no voltage"));
+  EXPECT_THAT(session_->errors(),
+              HasSubstr("base was halted, and is not homed; the drives are de-energised"));
   EXPECT_THAT(session_->output(), Not(HasSubstr("elbow is being homed")));
   const std::int32_t at = drives_.counts().at(1);
   for (int i = 0; i < 20; ++i) EXPECT_EQ(drives_.counts().at(1), at);
@@ -168,14 +170,15 @@ TEST_F(Home, IsForDrivesThatNeedIt) {
   EXPECT_THAT(result.errors, HasSubstr("joint wrist has no homing_method"));
   result = corbot({"home", profile_, "thumb", "--name", name_});
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors,
-              HasSubstr("there is no joint 'thumb'; the arm has base, shoulder, elbow, wrist"));
+  EXPECT_THAT(
+      result.errors,
+      HasSubstr("JOINT 'thumb': the arm has no such joint; its joints are base, shoulder, elbow, wrist"));
   result = corbot({"home", profile_, "gripper", "--name", name_});
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("the gripper is not homed by corbot: what it holds"));
+  EXPECT_THAT(result.errors, HasSubstr("corbot does not home the gripper, which would take a held piece"));
   result = corbot({"home", CORBOT_TEST_PROFILE, "--name", name_});
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("only drives on a CAN bus (socketcan) are homed"));
+  EXPECT_THAT(result.errors, HasSubstr("corbot homes only drives on a CAN bus (socketcan)"));
 }
 
 using HomeOfASlide = CliRig;

@@ -70,7 +70,7 @@ TEST_F(Motions, EachCommandReachesTheArm) {
 
 TEST_F(Motions, ATimeThatTheLimitsDoNotAllowIsNamed) {
   const std::string lengthened =
-      "--time 0.01: the limits of the arm do not allow that; the robot has planned ";
+      "--time 0.01: the limits of the arm do not allow so short a time; the robot has planned ";
   for (const std::string command : {"move", "moves"}) {
     const RunResult fast = corbot({command, "0.2", "0.05", "0.08", "--time", "0.01"});
     EXPECT_EQ(fast.code, 0);
@@ -106,7 +106,7 @@ TEST_F(Motions, ADryRunShowsThePlanAndMovesNothing) {
     const RunResult unnamed = corbot(
         {"moves", "0.22", "0.08", "0.08", "--dry-run", "--profile", CORBOT_TEST_PROFILE, "--plot", none});
     EXPECT_EQ(unnamed.code, 2);
-    EXPECT_THAT(unnamed.errors, HasSubstr("is no name of a file"));
+    EXPECT_THAT(unnamed.errors, HasSubstr("is not the name of a file"));
   }
   EXPECT_EQ(corbot({"speed", "50"}).code, 0);
   EXPECT_THAT(draw("0.22").errors, HasSubstr("the robot plans"));
@@ -116,8 +116,9 @@ TEST_F(Motions, ADryRunShowsThePlanAndMovesNothing) {
   const RunResult other = corbot({"moves", "0.22", "0.08", "0.08", "--time", "9", "--dry-run", "--profile",
                                   CORBOT_TEST_PROFILE, "--plot", picture});
   EXPECT_EQ(other.code, 2) << "as long, and elsewhere";
-  EXPECT_THAT(other.errors, testing::ContainsRegex(
-                                "it ends at -?[0-9.]+ of joint [0-3], but the robot plans -?[0-9.]+\\."));
+  EXPECT_THAT(other.errors,
+              testing::ContainsRegex(
+                  "the motion ends at -?[0-9.]+ of joint [0-3], but the robot plans -?[0-9.]+\\."));
   EXPECT_FALSE(std::filesystem::exists(picture));
   EXPECT_EQ(corbot({"frames", "--reset"}).code, 0);
   const RunResult beyond = corbot({"moves", "2", "0", "0.1", "--dry-run"});
@@ -168,7 +169,7 @@ TEST_F(Motions, ConformFindsThatAllOfRobotIdlHolds) {
 TEST_F(Motions, ConformMovesNothingUntilYesIsTyped) {
   const nlohmann::json before = status().at("joints");
   EXPECT_THAT(corbot({"conform", name_}).errors,
-              HasSubstr("standard input is no terminal to ask at: agree with --yes"));
+              HasSubstr("standard input is no terminal for the question: give --yes to agree"));
   const Terminal operator_side;
   const auto asked = begin({"conform", name_}, operator_side.path());
   operator_side.type("y");
@@ -328,7 +329,7 @@ TEST_F(Motions, CancelTakesBackOneMotionAndWhatIsBehindIt) {
   EXPECT_EQ(joint(0), 0);
   const RunResult none = corbot({"cancel", "99"});
   EXPECT_EQ(none.code, 1);
-  EXPECT_THAT(none.errors, HasSubstr("there is no motion 99"));
+  EXPECT_THAT(none.errors, HasSubstr("motion 99 is unknown"));
 }
 
 TEST_F(Motions, PauseHoldsAndResumeGoesOn) {

@@ -103,7 +103,9 @@ TEST_F(Programs, ADryRunWithAProfileRefusesTheLineThatTheRobotRefuses) {
   const std::string file = put("p.corbot", "limit 0 -10 10\nready\njoints 20 0 0 0\nready\n");
   const RunResult dry = corbot({"run", file, "--dry-run", "--profile", CORBOT_TEST_PROFILE});
   EXPECT_EQ(dry.code, 1);
-  EXPECT_THAT(dry.errors, HasSubstr("p.corbot:3: joints 20 0 0 0: would be refused: joint 0 would be at 20"));
+  EXPECT_THAT(
+      dry.errors,
+      HasSubstr("p.corbot:3: joints 20 0 0 0: the robot would refuse this line: joint 0 would be at 20"));
   const RunResult real = corbot({"run", file});
   EXPECT_EQ(real.code, 1);
   EXPECT_THAT(real.errors, HasSubstr("p.corbot:3: joints 20 0 0 0: refused: "));

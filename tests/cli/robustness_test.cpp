@@ -84,7 +84,7 @@ TEST_F(Robustness, AStateDirectoryThatCannotBeMadeAgainEndsNothing) {
     return fs::is_regular_file(directory_ / "corbot");
   }));
   ASSERT_TRUE(wait_until(within(20), [&] {
-    return supervisor_->errors().find("cannot be found by its name") != std::string::npos;
+    return supervisor_->errors().find("commands cannot find the robot by its name") != std::string::npos;
   }));
   const std::string robot = "127.0.0.1:" + std::to_string(port_) + "/" + name_;
   EXPECT_EQ(corbot({"drive", "0", "1", "50", "--robot", robot}).code, 0);

@@ -114,7 +114,7 @@ TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
   EXPECT_THAT(corbot({"down", "--name", name_ + "x"}).errors, HasSubstr("did you mean '" + name_ + "'?"));
   const RunResult elsewhere = down_of("corbaloc::127.0.0.1:1/another");
   EXPECT_EQ(elsewhere.code, 2);
-  EXPECT_THAT(elsewhere.errors, HasSubstr("say which with --name"));
+  EXPECT_THAT(elsewhere.errors, HasSubstr("name one with --name"));
   EXPECT_EQ(corbot({"status"}).code, 0);
   EXPECT_EQ(down_of("127.0.0.1:" + std::to_string(port_) + "/" + name_).output, name_ + " is down\n");
   EXPECT_EQ(supervisor_->wait(within(30)), 0);
@@ -128,7 +128,7 @@ TEST_F(Supervision, DownEndsTheRobotThatTheOptionBeforeItNames) {
   EXPECT_THAT(other.errors, HasSubstr("no robot named 'another' is up"));
   const RunResult elsewhere = corbot({"--robot", "corbaloc::127.0.0.1:1/another", "down"});
   EXPECT_EQ(elsewhere.code, 2);
-  EXPECT_THAT(elsewhere.errors, HasSubstr("--robot names no robot that 'corbot up' keeps"));
+  EXPECT_THAT(elsewhere.errors, HasSubstr("--robot names no robot that 'corbot up' supervises"));
   EXPECT_EQ(corbot({"status"}).code, 0) << "the only robot that is up is another one";
   EXPECT_EQ(corbot({"--robot", name_, "down"}).output, name_ + " is down\n");
   EXPECT_EQ(supervisor_->wait(within(30)), 0);
@@ -162,7 +162,7 @@ TEST_F(Supervision, DownWaitsForTheKillOfAProcessThatDoesNotEnd) {
   EXPECT_TRUE(has_ended(rt));
   EXPECT_EQ(supervisor_->wait(within(30)), 0);
   const std::string log = supervisor_->errors();
-  const std::size_t killing = log.find("servant does not end; killing it");
+  const std::size_t killing = log.find("servant has not ended yet; killing it");
   ASSERT_NE(killing, std::string::npos) << log;
   EXPECT_LT(killing, log.find("at rest, ended")) << "the real-time task outlives the servant";
   supervisor_.reset();
@@ -201,7 +201,7 @@ TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {
   // not know.
   if (WEXITSTATUS(*end) != 0) {
     EXPECT_EQ(WEXITSTATUS(*end), 3);
-    EXPECT_THAT(motion->errors(), HasSubstr("what became of motion 1 is unknown"));
+    EXPECT_THAT(motion->errors(), HasSubstr("the outcome of motion 1 is unknown"));
   }
   EXPECT_TRUE(wait_state("Standby"));
   EXPECT_NEAR(status().at("joints").at(0).at("value_deg").get<double>(), 40.0, 1e-6);
@@ -409,7 +409,7 @@ TEST_F(Supervision, TheNamingServiceKnowsTheRobot) {
   const int naming = free_port();
   up({"--naming", std::to_string(naming)});
   const std::string robot = "corbaname::127.0.0.1:" + std::to_string(naming) + "#Robots/" + name_ + ".Robot";
-  EXPECT_TRUE(supervisor_->wait_line("and, once the servant is named, at " + robot, within(10)));
+  EXPECT_TRUE(supervisor_->wait_line("and, once the servant has its name, at " + robot, within(10)));
   EXPECT_TRUE(wait_until(within(20), [&] {
     return corbot({"status", "--robot", robot}).code == 0;
   })) << supervisor_->errors();
@@ -428,7 +428,8 @@ TEST_F(Supervision, WrongStartsAreUsageErrors) {
       {{"up", CORBOT_TEST_PROFILE, "--orb", "tao"}, "--orb"},
       {{"up", CORBOT_TEST_PROFILE, "--orb", "orbit2", "--unix", "/tmp/s"}, "ORBit2 listens on one address"},
       {{"up", CORBOT_TEST_PROFILE, "--unix", "s"}, "--unix s: write an absolute path"},
-      {{"up", CORBOT_TEST_PROFILE, "--unix", "/none/s"}, "--unix /none/s: nothing can be made in /none"},
+      {{"up", CORBOT_TEST_PROFILE, "--unix", "/none/s"},
+       "--unix /none/s: this user cannot create files in /none"},
       {{"up", CORBOT_TEST_PROFILE, "--unix", "/tmp/" + std::string(103, 'x')}, "has 108 bytes, at most 107"},
       {{"up", CORBOT_TEST_PROFILE, "--realtime", "never"}, "--realtime"}};
   for (const auto& [arguments, phrase] : cases) {

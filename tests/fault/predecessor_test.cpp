@@ -26,7 +26,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr const char* kTakenOver = "takes over from an earlier real-time task";
-constexpr const char* kRefused = "it is not known that it was the last";
+constexpr const char* kRefused = "but a later task may have run";
 
 class PredecessorOffer : public ::testing::Test {
  protected:
@@ -143,7 +143,7 @@ TEST_F(PredecessorOffer, ASegmentThatIsNotStoredIsReported) {
   const std::vector<std::string> environment{"NOTIFY_SOCKET=" + path};  // nobody listens
   start(environment);
   await_ready();
-  EXPECT_THAT(task_->errors(), HasSubstr("after this task the position is unverified"));
+  EXPECT_THAT(task_->errors(), HasSubstr("the next task begins with an unverified position"));
   EXPECT_EQ(task_->terminate(), 0);
 }
 

@@ -172,7 +172,7 @@ TEST_F(Control, AReleaseThatCouldNotStopTheArmSaysSo) {
   const Corbot::Ticket ticket = long_motion(mine);
   rt_->signal(SIGSTOP);
   EXPECT_THAT(reason_of([&] { mine->Release(); }),
-              HasSubstr("control has ended, but it is not known that the arm has stopped: "));
+              HasSubstr("control has ended, but the servant cannot confirm that the arm has stopped: "));
   EXPECT_EQ(holder(), "") << "it has ended all the same";
   rt_->signal(SIGCONT);
   EXPECT_TRUE(wait_until(within(30), [&] { return state_of(ticket) != Corbot::MotionRunning; }));

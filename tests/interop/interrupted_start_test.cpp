@@ -67,7 +67,7 @@ TEST_F(InterruptedStart, EndsInOrderOnASignal) {
   const auto status = task_->wait(within(20));
   ASSERT_TRUE(status);
   EXPECT_EQ(*status, 0) << task_->errors();
-  EXPECT_THAT(task_->errors(), HasSubstr("the end was asked for before the arm was in its place"));
+  EXPECT_THAT(task_->errors(), HasSubstr("the task was ended before the arm had reached its start position"));
   EXPECT_EQ(task_->output().find("ready"), std::string::npos);
 }
 

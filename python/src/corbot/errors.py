@@ -121,7 +121,7 @@ class NoControl(CorbotError):
         text = (
             "Your control of the arm has ended."
             if has_ended
-            else "Somebody has exclusive control of the arm."
+            else "Another client has exclusive control of the arm."
         )
         super().__init__(
             f"{text} Nothing was changed. See arm.state.control, and take control with arm.control(NAME)."

@@ -242,7 +242,8 @@ Approach::Outcome Approach::await_interpolation(ServoFrame newest) {
         return Outcome::kThere;
       }
     } else if (left_ns < -device_.approach_ns()) {
-      throw DeviceError(DeviceCause::kDeviceFault, "the approach has not ended in twice its time");
+      throw DeviceError(DeviceCause::kDeviceFault,
+                        "the servos did not reach their start position in twice the planned time");
     }
     const std::int64_t period_ns =
         left_ns > 0 ? std::min(device_.period_ns(), std::max<std::int64_t>(left_ns, 1'000'000))

@@ -283,9 +283,9 @@ void BusBackend::count_frame(Clock::duration busy) {
   sender_.set_speed_ratio(rate_.speed_ratio());
   if (!rate_.is_slow() && !was_slow) return;
   const std::string rates = settings_.name + ": takes " + tenths(rate_.reached_hz()) +
-                            " frames a second, announced were " + tenths(rate_.announced_hz());
-  if (!rate_.is_slow()) return log(rates + "; the arm is not slowed any more");
-  degrade(DeviceError(DeviceCause::kTooSlow, rates + "; the arm is slowed as much"));
+                            " frames a second, but announced " + tenths(rate_.announced_hz());
+  if (!rate_.is_slow()) return log(rates + "; the arm moves at full speed again");
+  degrade(DeviceError(DeviceCause::kTooSlow, rates + "; the arm moves slower in the same ratio"));
 }
 
 Clock::time_point BusBackend::next_due(Clock::time_point last) const {

@@ -101,7 +101,7 @@ void BusBackend::give_up_start(bool is_proper_end) noexcept {
 
 void BusBackend::end_cancelled_start() const {
   if (!is_starting_ || !is_cancelled_.load(std::memory_order_relaxed)) return;
-  throw StartEnded("the end was asked for before the arm was in its place");
+  throw StartEnded("the task was ended before the arm had reached its start position");
 }
 
 }  // namespace corbot::rt

@@ -42,7 +42,7 @@ void CanPort::fail(int error) const {
       fail(DeviceCause::kBusDown, "the interface went down");
     case ENODEV:
     case ENXIO:
-      fail(DeviceCause::kBusDown, "the interface has gone: is the adapter's plug out?");
+      fail(DeviceCause::kBusDown, "the interface was removed: check the plug of the adapter");
     case EPIPE:
     case ECONNRESET:
       fail(DeviceCause::kBusDown, "the bus was cut");
@@ -79,7 +79,8 @@ void CanPort::open_unix(const std::string& path) {
     const int error = errno;
     struct stat status {};
     const bool is_file = ::stat(path.c_str(), &status) == 0 && !S_ISSOCK(status.st_mode);
-    fail(DeviceCause::kNotThere, is_file ? "is a file, and no CAN bus" : std::strerror(error));
+    fail(DeviceCause::kNotThere,
+         is_file ? "is a file, not the socket of a virtual CAN bus" : std::strerror(error));
   }
 }
 
@@ -115,7 +116,9 @@ void CanPort::open_socket(const std::vector<canid_t>& identifiers) {
     fail(DeviceCause::kNotThere, std::strerror(errno));
   }
   if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
-    fail(DeviceCause::kNotThere, errno == ENODEV ? "is no CAN interface" : std::strerror(errno));
+    fail(DeviceCause::kNotThere, errno == ENODEV
+                                     ? "is not a CAN interface: 'ip link show type can' lists them"
+                                     : std::strerror(errno));
   }
 }
 

@@ -109,7 +109,7 @@ DriveFound set_up_drive(CanPort& port, DriveWatch& watch, const DriveSetup& setu
   objects.ensure_pdo({kTpdoParameters, kTpdoMapping, kTpdo1 + setup.node, kSent});
   if (!setup.home_command.empty() && !is_homed(port, watch, setup.node)) {
     sdo.fail(DeviceCause::kDeviceFault,
-             "is not homed since its power-up, so where its joint is is not known: type '" +
+             "has not been homed since its power-up, so the position of its joint is unknown: type '" +
                  setup.home_command + "'");
   }
   // The drive stays at its held position, whatever its last target was.

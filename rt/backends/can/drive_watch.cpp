@@ -175,9 +175,9 @@ void DriveWatch::check(Time now, Duration heartbeat, Duration process, bool enab
   check_bus();
   for (const DriveReport& drive : drives_) {
     if (drive.has_restarted) {
-      throw DeviceError(
-          DeviceCause::kDeviceFault,
-          name_of(drive) + " has restarted: did its power fail? It is used again if it counts as before");
+      throw DeviceError(DeviceCause::kDeviceFault, name_of(drive) +
+                                                       " has restarted: check its power supply; corbot uses "
+                                                       "the drive again if its count is unchanged");
     }
     // The drive's own report comes first: a drive with a fault may fall silent after it.
     const auto index = static_cast<std::size_t>(&drive - drives_.data());
@@ -214,7 +214,10 @@ std::optional<DeviceError> DriveWatch::warning(Time now, Duration stale) const {
     }
     const bool may_press = may_press_[static_cast<std::size_t>(&drive - drives_.data())];
     if (!may_press && drive.has_process && (drive.process.statusword & kStatusInternalLimit) != 0) {
-      return DeviceError(DeviceCause::kDeviceFault, name_of(drive) + " is at a limit of its own");
+      return DeviceError(
+          DeviceCause::kDeviceFault,
+          name_of(drive) +
+              " is at an internal limit (statusword bit 11): check the position limits in the drive");
     }
     if (drive.awaited_since && now - *drive.awaited_since > stale) {
       return DeviceError(DeviceCause::kNoAnswer, name_of(drive) + " sends no process data");

@@ -41,7 +41,7 @@ std::string words_of(int error) {
     case ENXIO:
       return "no chip acknowledges this address: is it powered, are SDA and SCL right?";
     case ENODEV:
-      return "the I2C adapter is gone";
+      return "the I2C adapter was removed";
     case EREMOTEIO:
       return "the chip did not acknowledge";
     case ETIMEDOUT:
@@ -67,7 +67,7 @@ void I2cDev::open() {
   unsigned long functions = 0;
   if (::ioctl(fd_, I2C_FUNCS, &functions) != 0 || (functions & kNeeded) != kNeeded) {
     close();
-    throw DeviceError(DeviceCause::kNotThere, path_ + ": is no I2C adapter that can write blocks");
+    throw DeviceError(DeviceCause::kNotThere, path_ + ": is not an I2C adapter that can write blocks");
   }
   if (::ioctl(fd_, I2C_SLAVE, static_cast<unsigned long>(address_)) != 0) {
     const int error = errno;
@@ -119,7 +119,8 @@ void I2cDev::read(std::uint8_t first, std::span<std::uint8_t> into) {
   const std::size_t count = std::min(into.size(), kLongestBlock);
   data.block[0] = static_cast<std::uint8_t>(count);
   transfer(I2C_SMBUS_READ, first, I2C_SMBUS_I2C_BLOCK_DATA, &data);
-  if (data.block[0] < count) throw DeviceError(DeviceCause::kBadAnswer, name_ + ": a block came back short");
+  if (data.block[0] < count)
+    throw DeviceError(DeviceCause::kBadAnswer, name_ + ": the chip sent a block that is too short");
   std::copy_n(data.block + 1, count, into.begin());
 }
 

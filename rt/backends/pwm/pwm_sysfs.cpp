@@ -97,7 +97,7 @@ std::string PwmSysfs::open() {
     output.directory = settings_.chip + "/pwm" + std::to_string(output.channel);
     if (output.channel >= count) {
       throw DeviceError(DeviceCause::kNotThere, settings_.chip + ": has " + std::to_string(count) +
-                                                    " outputs; a servo has channel " +
+                                                    " outputs, but a servo of the profile has channel " +
                                                     std::to_string(output.channel));
     }
     open(output);

@@ -205,7 +205,7 @@ void Maestro::approach_to(const ServoFrame& frame) {
       1e9 * std::max(kShortestApproach_s, 0.1 + travel_us / kApproach_us_per_s + ramps_s));
   if (off.servo_count > 0) {
     log_ = settings_.port + ": has restarted: channel " + std::to_string(off.channel[0]) +
-           " has no pulses; it begins where it was sent last";
+           " has no pulses, and begins at its last target";
     dialog_.write(targets(off));
   }
   dialog_.write(limits(frame, kApproachSpeed, acceleration));
@@ -224,7 +224,7 @@ void Maestro::clear_timeout() {
   }
   found_errors_ = errors & ~kSerialTimeout;  // the next check refuses them
   if ((errors & kSerialTimeout) != 0)
-    log_ = settings_.port + ": its own time-out has passed before it was driven";
+    log_ = settings_.port + ": the Maestro's own time-out passed before the first command";
 }
 
 std::optional<bool> Maestro::has_arrived() {
@@ -349,14 +349,14 @@ unsigned Maestro::query_errors() {
   const unsigned errors = read_word();
   if (errors <= kAllErrors) return errors;
   throw DeviceError(DeviceCause::kBadAnswer,
-                    settings_.port + ": reports errors that do not exist: is the line disturbed?");
+                    settings_.port + ": reports an unknown error code: check the line for disturbances");
 }
 
 unsigned Maestro::read_position() {
   const unsigned position = read_word();
   if (position <= kMostPosition) return position;
   throw DeviceError(DeviceCause::kBadAnswer,
-                    settings_.port + ": reports a position that does not exist: is the line disturbed?");
+                    settings_.port + ": reports an impossible position: check the line for disturbances");
 }
 
 unsigned Maestro::read_word() {

@@ -72,7 +72,7 @@ void SerialPort::open(const std::string& path, int baud) {
   termios line{};
   if (::tcgetattr(fd_, &line) != 0) {
     close();
-    fail(DeviceCause::kNotThere, "is no serial line");
+    fail(DeviceCause::kNotThere, "is not a serial line: check the port in the profile");
   }
   ::cfmakeraw(&line);
   line.c_cflag |= CLOCAL | CREAD;

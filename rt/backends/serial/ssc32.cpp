@@ -181,7 +181,7 @@ StopInputLevel Ssc32::emergency_stop() {
     input_.note_miss(Clock::now());
     if (!was_heard || input_.is_heard()) return input_.look();
     log_ = settings_.port + ": the emergency stop at input " + settings_.stop_input +
-           " is not read, and counts as pressed: " + error.what();
+           " cannot be read, so it counts as pressed: " + error.what();
   }
   return input_.look();
 }
@@ -226,7 +226,7 @@ void Ssc32::check_restart(std::size_t servo, std::uint8_t reply) const {
   if (servo >= given_ || last_.pulse_us[servo] < kSurelyCommanded_us || !is_never_commanded(reply)) return;
   throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: it has given channel " +
                                                    std::to_string(last_.channel[servo]) +
-                                                   " no pulse, though it was commanded to");
+                                                   " no pulse since corbot's last command");
 }
 
 void Ssc32::relax() {

@@ -143,7 +143,7 @@ Database open_ledger(const CellConfig& cell) {
   make_or_check_tables(database, cell);
   check_names(database, cell);
   if (Statement(database, "PRAGMA foreign_key_check").next())
-    throw refusal(cell, "has rows that lead nowhere");
+    throw refusal(cell, "has rows that refer to missing rows");
   database.run("COMMIT; PRAGMA foreign_keys = ON");
   return database;
 }

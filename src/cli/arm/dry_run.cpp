@@ -122,8 +122,10 @@ DryRun::DryRun(Profile profile) : profile_(std::move(profile)), planner_(profile
 void DryRun::begin_at(std::span<const double> joints) {
   const ArmModel& arm = profile_.arm;
   if (joints.size() != arm.dof)
-    throw Failure(ExitCode::kUsage, fmt::format("the profile '{}' has {} joints, the robot {}", profile_.name,
-                                                static_cast<int>(arm.dof), joints.size()));
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("the profile '{}' has {} joints, but the robot has {}: give the robot's own profile",
+                    profile_.name, static_cast<int>(arm.dof), joints.size()));
   for (std::size_t i = 0; i < joints.size(); ++i)
     start_.position_q[i] = from_shown(arm.kinematics.joint_kind(i), joints[i]);
   begins_ = "where the robot would be";

@@ -53,7 +53,8 @@ Joints joints_of(const ArmModel& arm, const std::string& text) {
   const std::vector<double> numbers = numbers_of("--joints", text);
   if (numbers.size() != arm.dof)
     throw Failure(ExitCode::kUsage,
-                  fmt::format("--joints: {} numbers; the arm has {} joints", numbers.size(), arm.dof));
+                  fmt::format("--joints: {} numbers, but the arm has {} joints: give one number for each",
+                              numbers.size(), arm.dof));
   for (std::size_t i = 0; i < arm.dof; ++i)
     q[i] = arm.kinematics.joint_kind(i) == JointKind::kRotary ? to_radians(numbers[i]) : numbers[i];
   return q;
@@ -66,12 +67,12 @@ PoseSolutions solutions_of(const ArmModel& arm, const std::string& text, const J
   if (text.empty()) return solutions_at(arm, pose, true, at);
   const std::vector<double> n = numbers_of("--pose", text);
   if (n.size() != 3 && n.size() != 7)
-    throw Failure(ExitCode::kUsage, "--pose: x,y,z in metres, or x,y,z,qw,qx,qy,qz");
+    throw Failure(ExitCode::kUsage, "--pose: write X,Y,Z in metres, or X,Y,Z,QW,QX,QY,QZ");
   pose.position_m = {n[0], n[1], n[2]};
   if (n.size() == 3) return solutions_at(arm, pose, false, at);
   const Quaternion q{n[3], n[4], n[5], n[6]};
   if (!(squared_norm(q) > 0.98) || !(squared_norm(q) < 1.02))
-    throw Failure(ExitCode::kUsage, "--pose: qw,qx,qy,qz must be of length 1");
+    throw Failure(ExitCode::kUsage, "--pose: the quaternion QW,QX,QY,QZ must have length 1");
   pose.orientation = normalised(q);
   return solutions_at(arm, pose, true, at);
 }

@@ -45,11 +45,13 @@ PoseSolution judged(const ArmModel& arm, PoseSolution solution, const Joints& hi
 std::string describe(const IkSolution& refusal) {
   switch (refusal.status) {
     case IkStatus::kTooFar:
-      return fmt::format("too far: {:.6g} m are needed inside the arm, and {:.6g} m is the most",
-                         refusal.distance_m, refusal.limit_m);
+      return fmt::format(
+          "too far: the pose needs a distance of {:.6g} m inside the arm, at most {:.6g} m is possible",
+          refusal.distance_m, refusal.limit_m);
     case IkStatus::kTooClose:
-      return fmt::format("too close: {:.6g} m are needed inside the arm, and {:.6g} m is the least",
-                         refusal.distance_m, refusal.limit_m);
+      return fmt::format(
+          "too close: the pose needs a distance of {:.6g} m inside the arm, at least {:.6g} m is possible",
+          refusal.distance_m, refusal.limit_m);
     case IkStatus::kNotFinite:
       return "the pose is not finite";
     case IkStatus::kOk:
@@ -67,9 +69,9 @@ void add_numeric(const ArmModel& arm, const Joints& hint_q, PoseSolutions& found
     found.solutions.push_back(judged(arm, solution, hint_q));
   }
   if (all.count == 0) {
-    found.refusal =
-        fmt::format("none was found: the nearest of {} searches stayed {:.3g} m and {:.3g} degrees away",
-                    all.seeds, all.nearest_m, all.nearest_rad * 180.0 / std::numbers::pi);
+    found.refusal = fmt::format(
+        "no solution was found: the nearest of {} searches stayed {:.3g} m and {:.3g} degrees away",
+        all.seeds, all.nearest_m, all.nearest_rad * 180.0 / std::numbers::pi);
   }
 }
 
@@ -101,8 +103,7 @@ PoseSolutions solutions_at(const ArmModel& arm, const Pose& pose, bool with_orie
       any_orientation.count == 0
           ? describe(any_orientation.refusal)
           : fmt::format(
-                "the arm gets to the position; the nearest orientation that it has there is {:.4g} "
-                "degrees off",
+                "the arm reaches the position, but its nearest orientation there is {:.4g} degrees off",
                 nearest_rad * 180.0 / std::numbers::pi);
   return found;
 }

@@ -92,17 +92,16 @@ void calibrate(const CalibrateOptions& options) {
   }
   if (setting.profile.backend.kind == "socketcan") {
     throw Failure(ExitCode::kUsage,
-                  fmt::format("{}: its drives take angles, not pulses: they are calibrated by "
-                              "their own keys, see docs/wiring",
+                  fmt::format("{}: the drives of this profile take angles, not pulses: set zero_count, "
+                              "counts and direction in the profile, see docs/wiring/socketcan.md",
                               options.profile));
   }
   const auto& has_servo = setting.profile.has_servo;
   if (!setting.profile.gripper_has_servo ||
       std::find(has_servo.begin(), has_servo.end(), false) != has_servo.end()) {
-    throw Failure(
-        ExitCode::kUsage,
-        fmt::format("{}: not every joint and the gripper have a servo in it: there is nothing to calibrate",
-                    options.profile));
+    throw Failure(ExitCode::kUsage, fmt::format("{}: the profile has no servo for some joint or the gripper: "
+                                                "add channel, zero_us and pulse_range_us first",
+                                                options.profile));
   }
   const std::string name = options.name.empty() ? setting.profile.name : options.name;
   setting.name = name;

@@ -103,8 +103,9 @@ void CalibrateSession::execute(const Words& words) {
   } else if (word == "on") {
     begin_to_switch_on();
   } else if (word == "yes") {
-    if (!was_asked && servos_.is_on()) throw std::invalid_argument("nothing was asked: the servos are on");
-    if (!was_asked) throw std::invalid_argument("'yes' answers 'on': type 'on' first");
+    if (!was_asked && servos_.is_on())
+      throw std::invalid_argument("there is no question to answer with 'yes': the servos are on already");
+    if (!was_asked) throw std::invalid_argument("there is no question to answer with 'yes': type 'on' first");
     switch_on();
   } else if (word == "joint") {
     choose(words);
@@ -146,7 +147,7 @@ void CalibrateSession::switch_on() {
     if (!servos_.is_on()) throw;
     throw std::invalid_argument(error.what());  // an emergency stop that is still pressed
   }
-  fmt::print("the servos have their pulses\n");
+  fmt::print("the servos have their pulses: the arm is powered\n");
 }
 
 double CalibrateSession::number(const Words& words) {
@@ -175,7 +176,7 @@ void CalibrateSession::choose(const Words& words) {
     }
     known += (i == 0 ? "" : ", ") + name(i);
   }
-  throw std::invalid_argument(fmt::format("'joint' needs one of {}", known));
+  throw std::invalid_argument(fmt::format("'joint' needs the name or number of a servo: one of {}", known));
 }
 
 std::string CalibrateSession::positions() const {
@@ -199,7 +200,7 @@ void CalibrateSession::print_position() {
 
 void CalibrateSession::require_pulses() const {
   if (!servos_.is_on())
-    throw std::invalid_argument("the servos have no pulses yet: 'on' first, and keep clear");
+    throw std::invalid_argument("the servos have no pulses yet: keep clear of the arm, and type 'on' first");
 }
 
 void CalibrateSession::move(double pulse_us) {
@@ -207,12 +208,14 @@ void CalibrateSession::move(double pulse_us) {
   require_pulses();
   if (!(pulse_us >= servos_.lowest_us(servo) - kPulseTolerance_us &&
         pulse_us <= servos_.highest_us(servo) + kPulseTolerance_us)) {
-    throw std::invalid_argument(fmt::format("{:g} us: this servo goes from {:g} to {:g} us", pulse_us,
-                                            servos_.lowest_us(servo), servos_.highest_us(servo)));
+    throw std::invalid_argument(
+        fmt::format("{:g} us is out of range: this servo takes pulses from {:g} to {:g} us", pulse_us,
+                    servos_.lowest_us(servo), servos_.highest_us(servo)));
   }
   if (!servos_.go(servo, pulse_us) && servos_.is_lost()) fail_lost_device();
   print_position();
-  if (servos_.is_stopped()) throw std::invalid_argument("emergency stop: release it, then 'on'");
+  if (servos_.is_stopped())
+    throw std::invalid_argument("the emergency stop was pressed: release it, then type 'on'");
 }
 
 void CalibrateSession::mark(const Words& words) {
@@ -220,7 +223,7 @@ void CalibrateSession::mark(const Words& words) {
   require_pulses();
   if (servo == gripper()) {
     if (words.size() != 2 || (words[1] != "open" && words[1] != "closed"))
-      throw std::invalid_argument("the gripper's marks are 'mark open' and 'mark closed'");
+      throw std::invalid_argument("write 'mark open' or 'mark closed' for the gripper");
     calibration_.mark_gripper(words[1] == "open", servos_.pulse_us(servo));
     fmt::print("gripper {} at {:g} us\n", words[1], servos_.pulse_us(servo));
     return;
@@ -236,7 +239,7 @@ void CalibrateSession::limit(const Words& words) {
   const std::size_t servo = chosen();
   require_pulses();
   if (servo == gripper() || words.size() != 2 || (words[1] != "low" && words[1] != "high"))
-    throw std::invalid_argument("a joint's limits are 'limit low' and 'limit high'");
+    throw std::invalid_argument("choose a joint, and write 'limit low' or 'limit high'");
   const std::string fault = calibration_.limit(servo, words[1] == "high", servos_.pulse_us(servo));
   if (!fault.empty()) throw std::invalid_argument(fault);
   fmt::print("{}\n", calibration_.text(servo));
@@ -254,7 +257,7 @@ void CalibrateSession::write() {
   if (edits.empty()) throw std::invalid_argument("nothing has changed");
   if (const auto faults = calibration_.faults(); !faults.empty()) {
     for (const std::string& fault : faults) fmt::print("! {}\n", fault);
-    throw std::invalid_argument("faults ('!') must be fixed first" + unwritten_note());
+    throw std::invalid_argument("fix the faults marked '!' first" + unwritten_note());
   }
   try {
     const std::string text = edit_numbers(setting_.text, edits);
@@ -262,7 +265,7 @@ void CalibrateSession::write() {
     fmt::print("{}", changed_lines(setting_.text, text));
     if (setting_.dry_run) {
       remember_written(edits);
-      fmt::print("nothing is written (--dry-run)\n");
+      fmt::print("nothing was written (--dry-run)\n");
       return;
     }
     const std::string file = link_target(setting_.profile.file);
@@ -305,7 +308,7 @@ std::string CalibrateSession::unwritten_note() const {
 void CalibrateSession::quit() {
   const std::string lost = unwritten();
   if (setting_.terminal && !lost.empty() && !std::exchange(quit_once_, true)) {
-    fmt::print("{}: 'write' first, or 'quit' again\n", lost);
+    fmt::print("{}: type 'write' to keep the values, or 'quit' again to lose them\n", lost);
     return;
   }
   done_ = true;
@@ -320,8 +323,9 @@ void CalibrateSession::report_unwritten() const {
 
 void CalibrateSession::fail_lost_device() {
   print_log();
-  throw Failure(ExitCode::kInternal, fmt::format("the device is lost{}{}{}", lost_text_.empty() ? "" : ": ",
-                                                 lost_text_, unwritten_note()));
+  throw Failure(ExitCode::kInternal,
+                fmt::format("the device is lost, check its power and its cable{}{}{}",
+                            lost_text_.empty() ? "" : ": ", lost_text_, unwritten_note()));
 }
 
 void CalibrateSession::print_log() {

@@ -45,12 +45,10 @@ LineResult line_through(const Mark& a, const Mark& b, const MarkUnit& unit) {
   const double way = b.value - a.value;
   const double pulse_us = b.pulse_us - a.pulse_us;
   if (std::abs(way) < unit.least || std::abs(pulse_us) < kLeastPulse_us) {
-    return {
-        std::nullopt,
-        fmt::format("the marks are {:.4g} {} and {:.4g} us apart: too close; at least {:g} {} and {:g} us, "
-                    "better {:g} {}",
-                    std::abs(way), unit.name, std::abs(pulse_us), unit.least, unit.name, kLeastPulse_us,
-                    unit.better, unit.name)};
+    return {std::nullopt, fmt::format("the two marks are only {:.4g} {} and {:.4g} us apart: mark places at "
+                                      "least {:g} {} and {:g} us apart, better {:g} {}",
+                                      std::abs(way), unit.name, std::abs(pulse_us), unit.least, unit.name,
+                                      kLeastPulse_us, unit.better, unit.name)};
   }
   const double slope = pulse_us / way;
   ServoLine line;
@@ -61,8 +59,10 @@ LineResult line_through(const Mark& a, const Mark& b, const MarkUnit& unit) {
   const double middle = 0.5 * (a.value + b.value);
   line.zero_us = rounded(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_unit * middle, 1e2);
   if (line.us_per_unit < unit.scale_min || line.us_per_unit > unit.scale_max) {
-    return {std::nullopt, fmt::format("{:.4g} us a {} is not plausible ({:g} to {:g}): look at both marks",
-                                      line.us_per_unit, unit.one, unit.scale_min, unit.scale_max)};
+    return {std::nullopt,
+            fmt::format(
+                "the marks give {:.4g} us a {}, plausible are {:g} to {:g}: check the values of both marks",
+                line.us_per_unit, unit.one, unit.scale_min, unit.scale_max)};
   }
   return {line, ""};
 }
@@ -133,10 +133,13 @@ std::string Calibration::limit(std::size_t joint, bool upper, double pulse_us) {
   const double value = line(joint).value(pulse_us);
   const char* const name = upper ? "high" : "low";
   if (std::abs(value) > unit.widest)
-    return fmt::format("{:.1f} {} is further than {:g}", value, unit.name, unit.widest);
+    return fmt::format("this place is at {:.1f} {}, the widest range ends at {:g}: check the marks", value,
+                       unit.name, unit.widest);
   if (upper ? value < -kRounding : value > kRounding) {
-    return fmt::format("the {} end would be at {:.1f} {}; 0, where Ready goes, must be in the range", name,
-                       value, unit.name);
+    return fmt::format(
+        "the {} end would be at {:.1f} {}, but the range must contain 0, where 'ready' goes: choose another "
+        "end",
+        name, value, unit.name);
   }
   remember();
   joints_[joint].limit_us[upper ? 1 : 0] = pulse_us;
@@ -180,7 +183,9 @@ std::vector<std::string> Calibration::faults() const {
     }
   }
   if (std::abs(closed_us_ - open_us_) < kLeastPulse_us)
-    found.push_back(fmt::format("gripper: open and closed are less than {:g} us apart", kLeastPulse_us));
+    found.push_back(
+        fmt::format("gripper: the marks 'open' and 'closed' are less than {:g} us apart: mark both again",
+                    kLeastPulse_us));
   return found;
 }
 

@@ -35,9 +35,11 @@ Profile read_profile(const std::string& file) {
   try {
     Profile profile = load_profile(file);
     if (profile.backend.kind == "socketcan") return profile;
-    throw Failure(ExitCode::kUsage,
-                  fmt::format("{}: its backend is {}; only drives on a CAN bus (socketcan) are homed", file,
-                              profile.backend.kind));
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format(
+            "{}: the backend of this profile is {}, and corbot homes only drives on a CAN bus (socketcan)",
+            file, profile.backend.kind));
   } catch (const ConfigError& error) {
     throw Failure(ExitCode::kUsage, error.what());
   }
@@ -51,14 +53,14 @@ std::size_t joint_of(const Profile& profile, const std::string& word) {
   const auto& names = profile.joint_names;
   if (word == "gripper") {
     throw Failure(ExitCode::kUsage,
-                  "the gripper is not homed by corbot: what it holds would be taken for the end of its way. "
-                  "Its drive needs an absolute encoder, or is homed with its maker's tool");
+                  "corbot does not home the gripper, which would take a held piece for the end of its "
+                  "travel: use an absolute encoder, or home it with its maker's tool");
   }
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {
     if (word == names[i] || word == std::to_string(i + 1)) return i;
   }
-  throw Failure(ExitCode::kUsage, fmt::format("there is no joint '{}'; the arm has {}", printable(word),
-                                              fmt::join(names, ", ")));
+  throw Failure(ExitCode::kUsage, fmt::format("JOINT '{}': the arm has no such joint; its joints are {}",
+                                              printable(word), fmt::join(names, ", ")));
 }
 
 std::vector<std::size_t> chosen_joints(const Profile& profile, const std::vector<std::string>& words) {
@@ -66,9 +68,10 @@ std::vector<std::size_t> chosen_joints(const Profile& profile, const std::vector
   for (const std::string& word : words) {
     const std::size_t joint = joint_of(profile, word);
     if (!has_homing(profile, joint)) {
-      throw Failure(ExitCode::kUsage,
-                    fmt::format("joint {} has no homing_method in {}: its drive keeps its count",
-                                profile.joint_names[joint], profile.file));
+      throw Failure(
+          ExitCode::kUsage,
+          fmt::format("joint {} has no homing_method in {}, so its drive keeps its count and needs no homing",
+                      profile.joint_names[joint], profile.file));
     }
     if (std::find(joints.begin(), joints.end(), joint) == joints.end()) joints.push_back(joint);
   }
@@ -76,8 +79,10 @@ std::vector<std::size_t> chosen_joints(const Profile& profile, const std::vector
     if (has_homing(profile, i)) joints.push_back(i);
   }
   if (joints.empty()) {
-    throw Failure(ExitCode::kUsage,
-                  fmt::format("{}: no drive has a homing_method; all keep their counts", profile.file));
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("{}: no drive has a homing_method, so all drives keep their counts and need no homing",
+                    profile.file));
   }
   return joints;
 }
@@ -93,8 +98,8 @@ void print_introduction(const Profile& profile, const std::vector<std::size_t>& 
                to_shown(kind, drive.homing.creep_q_s));
   }
   fmt::print(
-      "Each moves by itself until it is at its switch, and no limit of the profile holds; all others hold.\n"
-      "KEEP CLEAR. 'on' begins, Ctrl-C halts and takes the voltage off, 'quit' ends without a motion.\n");
+      "Each joint moves by itself to its switch, WITHOUT THE LIMITS OF THE PROFILE; all other joints hold.\n"
+      "KEEP CLEAR. 'on' begins; Ctrl-C halts and de-energises the drives; 'quit' ends without a motion.\n");
 }
 
 /// Returns false if nothing may move.
@@ -107,7 +112,8 @@ bool is_begun(const std::atomic<bool>& end) {
     const auto line = lines.next();
     if (!line || *line == "quit") return false;
     if (*line == "on") return true;
-    if (!line->empty()) fmt::print("refused: '{}' is neither 'on' nor 'quit'\n", printable(*line));
+    if (!line->empty())
+      fmt::print("refused: '{}' is neither 'on' nor 'quit': type one of them\n", printable(*line));
   }
 }
 
@@ -148,7 +154,8 @@ class Homing {
       if (!goes_on()) end_early(name + " is not homed");
       fmt::print("{} is being homed\n", name);
       std::fflush(stdout);
-      if (!drives_.home(joint, [this] { return goes_on(); })) end_early(name + " is halted, and not homed");
+      if (!drives_.home(joint, [this] { return goes_on(); }))
+        end_early(name + " was halted, and is not homed");
       const JointKind kind = profile_.arm.kinematics.joint_kind(joint);
       fmt::print("{} is homed: count {}, {:.{}f} {}\n", name, drives_.count(joint),
                  to_shown(kind, drives_.position_q(joint)), decimals(kind, 2), unit_name(kind));
@@ -171,7 +178,7 @@ class Homing {
     drives_.relax();
     const bool is_pressed = stop_.presses() != 0;
     throw Failure(ExitCode::kStopped,
-                  fmt::format("{}{}; the drives have no voltage",
+                  fmt::format("{}{}; the drives are de-energised",
                               is_pressed ? "the emergency stop was pressed: " : "ended: ", result));
   }
 
@@ -196,7 +203,7 @@ void home(const HomeOptions& options) {
   try {
     Homing homing(profile, end);
     print_introduction(profile, joints, homing.open());
-    if (!is_begun(end)) throw Failure(ExitCode::kStopped, "ended before 'on': nothing has moved");
+    if (!is_begun(end)) throw Failure(ExitCode::kStopped, "ended before 'on' was typed: nothing has moved");
     homing.run(joints);
   } catch (const Failure&) {
     throw;

@@ -64,7 +64,7 @@ std::optional<LastPosition> position_unless_held(const Profile& profile, const s
   }
   if (!is_held) return stored;
   throw Failure(ExitCode::kRefused,
-                fmt::format("'{}' is held by StopAndHold: nothing may move until that is cleared. {}", name,
+                fmt::format("'{}' is held by 'corbot hold': nothing may move until 'corbot clear'. {}", name,
                             how_to_clear(profile, name, store.file().string())));
 }
 

@@ -69,7 +69,7 @@ void ServoPositioner::connect(const Joints* kept_q, double kept_opening) {
 void ServoPositioner::switch_on() {
   if (!is_on_) {
     safety_.start();
-    if (end_) throw std::runtime_error("ended before the servos had their pulses");
+    if (end_) throw std::runtime_error("the command was ended before the servos had their pulses");
     if (stop_.sources() != 0) throw std::runtime_error("the emergency stop is pressed: release it first");
     presses_seen_ = stop_.presses();
     frame_.time_ns = Clock::now().time_since_epoch().count();

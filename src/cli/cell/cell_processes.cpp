@@ -76,10 +76,9 @@ void add_panel_to(CLI::App& command, PanelPort& port) {
 void check_installation(const CellConfig& cell, PanelPort panel) {
   for (const char* program : {"corbot-scene", "corbot-store", "corbot-camera", "corbot-coordinator"}) {
     if (!find_program(program))
-      throw Failure(
-          ExitCode::kUsage,
-          fmt::format("there is no {} here: this corbot was built without OpenCV, SQLite or libturbojpeg",
-                      program));
+      throw Failure(ExitCode::kUsage, fmt::format("the program {} is missing, because this corbot was built "
+                                                  "without OpenCV, SQLite or libturbojpeg",
+                                                  program));
   }
   if (panel) {
     (void)panel_program();
@@ -93,8 +92,11 @@ void check_installation(const CellConfig& cell, PanelPort panel) {
     if (robot.profile.empty()) continue;
     check(cell.robot_port(robot));
     if (robot.orb == "orbit2" && !find_program(kOrbit2Servant))
-      throw Failure(ExitCode::kUsage,
-                    fmt::format("{}: orb = \"orbit2\": there is no {} here", robot.name, kOrbit2Servant));
+      throw Failure(
+          ExitCode::kUsage,
+          fmt::format(
+              "{}: orb = \"orbit2\": the program {} is missing, because this corbot was built without ORBit2",
+              robot.name, kOrbit2Servant));
   }
 }
 

@@ -105,7 +105,8 @@ class Work {
     if (!all_wait) stuck_since_ = now;
     if (!all_wait || has_transfer) quiet_since_ = now;
     if (now - stuck_since_ > kStuck)
-      throw Failure(ExitCode::kRefused, fmt::format("all robots wait, and nothing ends that:{}", waits_));
+      throw Failure(ExitCode::kRefused,
+                    fmt::format("all robots wait, and no event can end the wait:{}", waits_));
     const bool is_complete = cell_.scene && static_cast<int>(state->placed) >= cell_.scene->pieces;
     return all_wait && !has_transfer && (is_complete || now - quiet_since_ > kQuiet);
   }

@@ -100,15 +100,16 @@ int examine(Session& session, const client::OnSignal& on_signal) {
 void conform(const client::Address& address, double timeout_s, bool is_agreed) {
   if (!is_agreed && ::isatty(STDIN_FILENO) != 1)
     throw Failure(ExitCode::kUsage,
-                  "this moves the arm, and standard input is no terminal to ask at: agree with --yes");
+                  "this command moves the arm, and standard input is no terminal for the question: give "
+                  "--yes to agree");
   if (!is_agreed) ask();
   std::atomic<Session*> begun{nullptr};
   std::optional<Session> session;  // outlives the signal's thread, which uses it
   client::OnSignal on_signal([&] {
     Session* const now = begun.load();
     if (now == nullptr) ::_exit(static_cast<int>(ExitCode::kStopped));  // nothing moves yet
-    client::notice(stderr,
-                   "\ncorbot: ends after the motion under way, which is stopped where the robot can\n");
+    client::notice(
+        stderr, "\ncorbot: ends after the motion under way, and stops that motion if the robot has Stop\n");
     now->end();
   });
   begun = &session.emplace(address, timeout_s);

@@ -35,8 +35,10 @@ Session::Session(const client::Address& address, double timeout_s)
   cut_ = reference(orb_.in(), address, kBreaks_s);
   client::call(address, [&] {
     if (!robot_->_is_a(Corbot::Robot::_PD_repoId))
-      throw Failure(ExitCode::kUnreachable,
-                    fmt::format("the object at {} is not a robot of robot.idl", address.where));
+      throw Failure(
+          ExitCode::kUnreachable,
+          fmt::format("the object at {} does not have the interface Robot of robot.idl: check the reference",
+                      address.where));
     if (robot_->_is_a(Corbot::Arm::_PD_repoId)) {
       arm_ = Corbot::Arm::_unchecked_narrow(robot_);
       const Corbot::SpeedSettings_var speeds = arm_->Speeds();
@@ -44,7 +46,8 @@ Session::Session(const client::Address& address, double timeout_s)
     }
     if (!is_standby())
       throw Failure(ExitCode::kRefused,
-                    "the robot is in Error, or busy: its Status must be Standby at the beginning");
+                    "the robot is in Error or busy, but its Status must be Standby at the beginning: clear "
+                    "it, or wait");
   });
 }
 

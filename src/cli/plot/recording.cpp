@@ -61,13 +61,17 @@ class Reader {
 
   Recording read() {
     while (next() && line_.starts_with('#')) note();
-    if (!stream_) throw Failure(ExitCode::kUsage, file_ + ": has no line with the names of columns");
+    if (!stream_)
+      throw Failure(
+          ExitCode::kUsage,
+          file_ + ": the file has no line with the names of columns, so it is no file of 'corbot record'");
     columns();
     recording_.rows = ReducedRows(recording_.gripper_pulse() + 1);
     while (next()) row();
     if (recording_.cycles < 2)
       throw Failure(ExitCode::kUsage,
-                    fmt::format("{}: {} cycles recorded; a drawing takes two", file_, recording_.cycles));
+                    fmt::format("{}: the file has {} cycles, a drawing needs at least 2: record for longer",
+                                file_, recording_.cycles));
     return std::move(recording_);
   }
 
@@ -97,7 +101,8 @@ class Reader {
       const auto name = between(line_, "'", "': ");
       const auto limits =
           name ? limits_of(std::string_view(line_).substr(line_.rfind("': ") + 3)) : std::nullopt;
-      if (!limits) fail("no name and five limits of a joint: " + client::printable(line_));
+      if (!limits)
+        fail("the line must have the name of a joint and five limits: " + client::printable(line_));
       noted_.push_back({JointKind::kRotary, client::printable(*name), limits});
     }
   }
@@ -133,7 +138,8 @@ class Reader {
     gripper_ = column("gripper_us");
     if (noted_.empty()) return;
     if (noted_.size() != columns_.size())
-      fail(fmt::format("limits of {} joints, but columns of {}", noted_.size(), columns_.size()));
+      fail(
+          fmt::format("the file has limits of {} joints, but columns of {}", noted_.size(), columns_.size()));
     for (std::size_t i = 0; i < noted_.size(); ++i) {
       recording_.joints[i].name = noted_[i].name;
       recording_.joints[i].limits = noted_[i].limits;
@@ -153,7 +159,7 @@ class Reader {
   void row() {
     split(line_, fields_);
     if (fields_.size() != names_.size())
-      fail(fmt::format("{} fields, but there are {} columns", fields_.size(), names_.size()));
+      fail(fmt::format("the line has {} fields, but the file has {} columns", fields_.size(), names_.size()));
     const double cycle = value(cycle_);
     const double time_ns = value(time_);
     if (recording_.cycles == 0) {

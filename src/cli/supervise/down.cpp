@@ -39,10 +39,9 @@ std::string robot_meant(const std::string& option) {
   if (!given.empty()) {
     std::string local = client::find_robot(given).local;
     if (!local.empty()) return local;
-    throw Failure(ExitCode::kUsage,
-                  fmt::format("{} names no robot that 'corbot up' keeps on this machine: say which with "
-                              "--name; nothing was ended",
-                              option.empty() ? "$CORBOT_ROBOT" : "--robot"));
+    throw Failure(ExitCode::kUsage, fmt::format("{} names no robot that 'corbot up' supervises on this "
+                                                "machine: name one with --name; nothing was ended",
+                                                option.empty() ? "$CORBOT_ROBOT" : "--robot"));
   }
   const auto names = robots_up();
   if (names.size() == 1) return names[0];
@@ -53,7 +52,7 @@ std::string robot_meant(const std::string& option) {
       text += fmt::format("; stale after a crash: {0}: 'corbot down --name {0}'", name);
     throw Failure(ExitCode::kUnreachable, text);
   }
-  throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: say which with --name {}", names.size(),
+  throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: name one with --name {}", names.size(),
                                               fmt::join(names, " | ")));
 }
 
@@ -78,10 +77,9 @@ void end_supervisor(const std::string& name, pid_t pid) {
     throw Failure(ExitCode::kInternal, fmt::format("process {}: {}", pid, std::strerror(error)));
   }
   if (ended == 0) {
-    throw Failure(ExitCode::kInternal,
-                  fmt::format("the supervisor of '{}' (pid {}) does not end; 'kill -9 {}' does, and "
-                              "its children end with it",
-                              name, pid, pid));
+    throw Failure(ExitCode::kInternal, fmt::format("the supervisor of '{}' (pid {}) does not end: 'kill -9 "
+                                                   "{}' kills the supervisor and its children",
+                                                   name, pid, pid));
   }
 }
 
@@ -123,8 +121,10 @@ void down(const std::string& wanted, const std::string& robot) {
   }
   if (supervisor) end_supervisor(name, *supervisor);
   if (is_up_still(name)) {
-    throw Failure(ExitCode::kInternal,
-                  fmt::format("'{}' is up still, or again: another 'corbot up' has its name", name));
+    throw Failure(
+        ExitCode::kInternal,
+        fmt::format("'{}' is still up, or up again: another 'corbot up' has started a robot of this name",
+                    name));
   }
   remove_stale(name);
   fmt::print("{} is down\n", name);

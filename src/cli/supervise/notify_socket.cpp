@@ -79,11 +79,9 @@ void NotifySocket::open() {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path_.size() >= sizeof(address.sun_path)) {
-    throw Failure(
-        ExitCode::kInternal,
-        fmt::format("{}: longer than the {} bytes that a socket's path may have: set XDG_RUNTIME_DIR "
-                    "to a shorter one",
-                    path_, sizeof(address.sun_path) - 1));
+    throw Failure(ExitCode::kInternal, fmt::format("{}: the path is longer than the {} bytes of a socket's "
+                                                   "path: set XDG_RUNTIME_DIR to a shorter directory",
+                                                   path_, sizeof(address.sun_path) - 1));
   }
   std::memcpy(address.sun_path, path_.data(), path_.size());
   Descriptor fd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));

@@ -56,7 +56,7 @@ void LineOutput::write(std::string_view line) noexcept {
     draw("");
     std::string text = is_torn_ ? "\n" : "";
     if (left_out_ > 0)
-      text += "(" + std::to_string(left_out_) + " lines were left out: the output was not read)\n";
+      text += "(" + std::to_string(left_out_) + " lines were left out, because no program read the output)\n";
     const std::size_t before = text.size();
     text += line;
     text += '\n';

@@ -90,8 +90,9 @@ Supervisor::Spec servant(const UpOptions& options, RobotState& state, const Supe
 std::string panel_program() {
   const auto path = find_program("corbot-panel");
   if (path) return *path;
-  throw client::Failure(client::ExitCode::kUsage,
-                        "there is no corbot-panel here: this corbot was built without Boost");
+  throw client::Failure(
+      client::ExitCode::kUsage,
+      "the program corbot-panel is missing, because this corbot was built without Boost: leave out --panel");
 }
 
 Supervisor::Spec panel(std::vector<std::string> shown, int port) {

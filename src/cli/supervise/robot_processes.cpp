@@ -132,9 +132,9 @@ void end_robot(const std::string& name) {
   }
   for (const RobotProcess& process : find_robot_processes(name)) {  // their supervisor had to be killed
     if (!end_process(process.pid, process.program, SIGKILL, kDieWithin_ms)) {
-      throw Failure(ExitCode::kInternal,
-                    fmt::format("{} does not end, even by SIGKILL: it waits in the kernel for a device",
-                                describe({process})));
+      throw Failure(ExitCode::kInternal, fmt::format("{} does not end, even by SIGKILL, because it waits in "
+                                                     "the kernel for a device: unplug the device",
+                                                     describe({process})));
     }
   }
 }

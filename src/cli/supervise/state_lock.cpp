@@ -138,7 +138,8 @@ void StateLock::restore() {
     if (fd < 0) throw system_failure(directory_ / (name_ + ".lock"), errno);
     if (!take(fd)) {
       ::close(fd);
-      throw Failure(ExitCode::kInternal, fmt::format("another 'corbot up' holds '{}' there", name_));
+      throw Failure(ExitCode::kInternal,
+                    fmt::format("another 'corbot up' has the lock of '{}': end that one first", name_));
     }
     ::close(std::exchange(fd_, fd));
   }

@@ -48,7 +48,10 @@ Supervisor::Supervisor(Options options) : options_(std::move(options)), notify_(
   if (hang_up.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);  // ignored: under nohup
   sigprocmask(SIG_BLOCK, &set, nullptr);
   signal_fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
-  if (signal_fd_ < 0) throw Failure(ExitCode::kInternal, "signalfd: no file descriptor left");
+  if (signal_fd_ < 0)
+    throw Failure(
+        ExitCode::kInternal,
+        "no file descriptor is left (signalfd): end other programs, or raise the limit 'ulimit -n'");
   last_step_ = Clock::now();
 }
 
@@ -75,8 +78,8 @@ bool Supervisor::start(Spec spec) {
     if (const auto status = entry.child.reap()) {
       const bool is_usage = WIFEXITED(*status) && WEXITSTATUS(*status) == static_cast<int>(ExitCode::kUsage);
       give_up(entry, is_usage ? ExitCode::kUsage : ExitCode::kInternal,
-              fmt::format("{} ended at its start ({}): its own message has the reason{}", entry.spec.title,
-                          describe_end(*status),
+              fmt::format("{} ended at its start ({}): its own message above has the reason{}",
+                          entry.spec.title, describe_end(*status),
                           entry.spec.examine_with.empty()
                               ? ""
                               : fmt::format("; '{}' says what to do", entry.spec.examine_with)));
@@ -169,7 +172,8 @@ void Supervisor::schedule_restart(Entry& entry, const std::string& why) {
   entry.status.clear();
   if (entry.spec.is_needed && options_.attempts > 0 && entry.failed_attempts >= options_.attempts) {
     give_up(entry, ExitCode::kInternal,
-            fmt::format("{}; {} starts in a row did not get ready: giving up", why, entry.failed_attempts));
+            fmt::format("{}; {} starts in a row failed, the limit of [supervisor] attempts: giving up", why,
+                        entry.failed_attempts));
   }
   log(fmt::format("{}, starting it again in {:g} s", why, back_off_s));
 }
@@ -210,7 +214,8 @@ void Supervisor::store(Entry& entry, const std::string& name, Descriptor fd) {
     const std::string why = added == Added::kFull
                                 ? fmt::format("there are {} already", DescriptorStore::kCapacity)
                                 : "no file descriptor left";
-    log(fmt::format("{}: descriptor '{}' is not stored: {}", entry.spec.title, client::printable(name), why));
+    log(fmt::format("{}: the supervisor cannot store descriptor '{}', so a restart begins without it: {}",
+                    entry.spec.title, client::printable(name), why));
   }
   if (added == Added::kNew && options_.manager != nullptr) {
     const DescriptorStore::Item& item = entry.stored.items().back();
@@ -243,10 +248,11 @@ void Supervisor::allow_for_own_gap() {
 void Supervisor::restore_socket() {
   try {
     notify_.restore();
-    if (std::exchange(socket_lost_, false)) log("messages from the processes arrive again");
+    if (std::exchange(socket_lost_, false))
+      log("the supervisor receives the messages of its processes again");
   } catch (const Failure& failure) {
     if (!std::exchange(socket_lost_, true))
-      log(fmt::format("messages from the processes cannot arrive: {}", failure.what()));
+      log(fmt::format("the supervisor cannot receive the messages of its processes: {}", failure.what()));
   }
 }
 
@@ -280,7 +286,7 @@ void Supervisor::read_standard_input() {
   const ssize_t n = ::read(STDIN_FILENO, ignored.data(), ignored.size());
   if (n > 0 || (n < 0 && (errno == EAGAIN || errno == EINTR))) return;
   options_.until_eof = false;
-  log("standard input has ended");
+  log("standard input has ended, so all programs end (--until-eof)");
   request_end(SIGHUP);
 }
 
@@ -310,7 +316,7 @@ void Supervisor::stop_last(int requests_before) {
     }
     if (!killed &&
         (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > entry.spec.end_within_s)) {
-      log(fmt::format("{} does not end; killing it", entry.spec.title));
+      log(fmt::format("{} has not ended yet; killing it", entry.spec.title));
       entry.child.send(SIGKILL);
       killed = true;
     }

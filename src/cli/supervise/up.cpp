@@ -91,7 +91,8 @@ void check_unix_path(const UpOptions& options) {
   if (path.native().size() > kMostBytes)
     refuse(fmt::format("the path has {} bytes, at most {}", path.native().size(), kMostBytes));
   if (::access(path.parent_path().c_str(), W_OK) != 0)
-    refuse(fmt::format("nothing can be made in {}", printable(path.parent_path().string())));
+    refuse(fmt::format("this user cannot create files in {}: choose another directory",
+                       printable(path.parent_path().string())));
 }
 
 /// Returns the plan of the start, from the command line and the profile.
@@ -103,7 +104,7 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   }
   if (options.simulated && profile.backend.kind != "loopback") {
     throw Failure(ExitCode::kUsage, fmt::format("--simulated: backend.kind of {} is \"{}\", which drives a "
-                                                "device; give it \"loopback\", in a copy",
+                                                "device: write \"loopback\" in a copy of the profile",
                                                 printable(options.profile), profile.backend.kind));
   }
   state.pid = ::getpid();
@@ -113,11 +114,10 @@ RobotState plan(const UpOptions& options, const Profile& profile) {
   state.orb = options.orb;
   check_unix_path(options);
   if (state.orb == "orbit2" && !find_program(kOrbit2Servant)) {
-    throw Failure(
-        ExitCode::kUsage,
-        fmt::format("--orb orbit2: there is no {} here: this corbot was built without ORBit2; without --orb "
-                    "it runs on omniORB",
-                    kOrbit2Servant));
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("--orb orbit2: the program {} is missing, because this corbot was built "
+                              "without ORBit2: leave out --orb to run on omniORB",
+                              kOrbit2Servant));
   }
   return state;
 }
@@ -142,19 +142,19 @@ StateLock take_name(const std::string& name, bool replace) {
   const auto other = lock ? std::nullopt : client::read_state(name);
   const std::string holder =
       other ? fmt::format("corbot up (pid {}), {}", other->pid, other->endpoint) : describe(processes);
-  const std::string fix = lock ? "end that first" : fmt::format("end it with 'corbot down --name {}'", name);
-  throw Failure(
-      ExitCode::kInternal,
-      fmt::format("'{}' is already running{}: {}, start this one with --replace to do so, or give it "
-                  "another name with --name",
-                  name, holder.empty() ? "" : fmt::format(": {}", holder), fix));
+  const std::string fix =
+      lock ? "end that process first" : fmt::format("end it with 'corbot down --name {}'", name);
+  throw Failure(ExitCode::kInternal,
+                fmt::format("'{}' is already running{}: {}, let --replace end it first, or give the new "
+                            "robot another name with --name",
+                            name, holder.empty() ? "" : fmt::format(": {}", holder), fix));
 }
 
 void announce(const RobotState& state, int naming_port, const std::string& position, const Console& console) {
   report(fmt::format("position: {}", printable(position)));
   report(fmt::format("{} is up at {}", state.name, state.address));
   if (naming_port > 0)
-    report(fmt::format("and, once the servant is named, at corbaname::127.0.0.1:{}#Robots/{}.Robot",
+    report(fmt::format("and, once the servant has its name, at corbaname::127.0.0.1:{}#Robots/{}.Robot",
                        naming_port, state.name));
   report(fmt::format(
       "try: corbot status, corbot ready, corbot run PROGRAM; {}Ctrl-C here or 'corbot down' ends it",
@@ -177,10 +177,10 @@ class StateFiles {
   void guard(Action&& action) {
     try {
       action();
-      if (std::exchange(lost_, false)) log("the robot can be found by its name again");
+      if (std::exchange(lost_, false)) log("commands find the robot by its name again");
     } catch (const Failure& failure) {
       if (!std::exchange(lost_, true))
-        log(fmt::format("the robot cannot be found by its name: {}", failure.what()));
+        log(fmt::format("commands cannot find the robot by its name: {}", failure.what()));
     }
   }
   StateLock& lock_;

@@ -64,7 +64,8 @@ std::vector<urdf::JointSharedPtr> joints_between(const urdf::ModelInterface& mod
   for (urdf::LinkConstSharedPtr link = model.getLink(tip); link->name != base;) {
     const urdf::JointSharedPtr joint = link->parent_joint;
     if (joint == nullptr) {
-      throw UrdfError(fmt::format("has no joints from link \"{}\" outwards to \"{}\"", base, tip));
+      throw UrdfError(
+          fmt::format("has no chain of joints from link \"{}\" outwards to link \"{}\"", base, tip));
     }
     joints.push_back(joint);
     link = model.getLink(joint->parent_link_name);
@@ -124,14 +125,14 @@ UrdfChain read_urdf_chain(const std::string& xml, const std::string& base_link, 
       throw UrdfError(fmt::format("has a joint \"{}\" without an axis", joint->name));
     }
     if (chain.count == kMaxJoints) {
-      throw UrdfError(fmt::format("has more than {} joints between those links; the seventh is \"{}\"",
+      throw UrdfError(fmt::format("has more than {} joints between these links: the seventh is \"{}\"",
                                   kMaxJoints, joint->name));
     }
     chain.axes[chain.count] = {kind, rotate(at.orientation, (1.0 / length) * axis), at.position_m};
     found.joints[chain.count] = limits_of(*joint);
     ++chain.count;
   }
-  if (chain.count == 0) throw UrdfError("has no joint that moves between those links");
+  if (chain.count == 0) throw UrdfError("has no joint that moves between base and tip link");
   chain.zero_T_n = at;
   return found;
 }

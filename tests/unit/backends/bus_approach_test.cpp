@@ -74,7 +74,7 @@ TEST_F(BusApproachTest, AnEndDuringTheStartEndsIt) {
     auto error = opening(*backend);
     ASSERT_TRUE(wait_until([&] { return bus_.copy().size() > before; }));
     backend->cancel();
-    EXPECT_THAT(error.get(), HasSubstr("the end was asked for"));
+    EXPECT_THAT(error.get(), HasSubstr("the task was ended before"));
     EXPECT_EQ(bus_.halted, approach_ns > 0 ? 1 : 0);
     bus_.pulses_us.clear();
   }

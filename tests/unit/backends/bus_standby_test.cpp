@@ -339,7 +339,7 @@ TEST_F(BusStandbyTest, ADeviceThatFallsBehindSlowsTheArmAndNotItsPath) {
   EXPECT_EQ(backend->health(), BackendHealth::kDegraded);
   EXPECT_EQ(backend->cause(), DeviceCause::kTooSlow);
   EXPECT_THAT(log, ::testing::HasSubstr("degraded: fake: takes "));
-  EXPECT_THAT(log, ::testing::HasSubstr(" frames a second, announced were 50.0; the arm is slowed"));
+  EXPECT_THAT(log, ::testing::HasSubstr(" frames a second, but announced 50.0; the arm moves slower"));
   EXPECT_LE(backend->times().speed_ratio, 20.0 / 33.0 + 1e-3);
   const std::lock_guard lock(bus_.mutex);
   std::vector<double> ways;

@@ -232,7 +232,7 @@ TEST_F(PwmSysfsTest, RefusesAnOutputThatTheControllerHasNot) {
     (void)make({0, 16})->open();
     FAIL();
   } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("has 16 outputs; a servo has channel 16"));
+    EXPECT_THAT(error.what(), HasSubstr("has 16 outputs, but a servo of the profile has channel 16"));
   }
 }
 

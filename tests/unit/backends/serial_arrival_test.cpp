@@ -167,7 +167,7 @@ TEST(MaestroTimeout, IsNamedAndNoErrorOfTheNextApproach) {
   (void)bench.device.open();
   bench.wire.pass(0.6);
   bench.device.send(all_at(1500.0), true);
-  EXPECT_THAT(bench.device.drain_log(), HasSubstr("begins where it was sent last"));
+  EXPECT_THAT(bench.device.drain_log(), HasSubstr("begins at its last target"));
   bench.wait_for_approach();
 }
 

@@ -35,7 +35,7 @@ void expect_unheard(Ssc32Bench& bench, const char* fault) {
   ASSERT_EQ(bench.emulated.faults().execute({fault, "input", "on"}), "");
   EXPECT_EQ(exchange(bench), StopInputLevel::kReleased) << "one that is missing is no press";
   EXPECT_TRUE(comes_to(bench, StopInputLevel::kUnheard)) << fault;
-  EXPECT_THAT(bench.device.drain_log(), HasSubstr("input B is not read"));
+  EXPECT_THAT(bench.device.drain_log(), HasSubstr("input B cannot be read"));
   for (int i = 0; i < 5; ++i) EXPECT_EQ(exchange(bench), StopInputLevel::kUnheard) << "the position answers";
   EXPECT_TRUE(bench.device.has_answered());
   bench.emulated.faults().execute({fault, "input", "off"});

@@ -66,7 +66,7 @@ TEST_F(GrippingDrives, AJointsDriveAtALimitIsStillWarnedOf) {
     close_further();
     const auto warning = drives_->warning();
     return warning &&
-           std::string(warning->what()).find("node 1 is at a limit of its own") != std::string::npos;
+           std::string(warning->what()).find("node 1 is at an internal limit") != std::string::npos;
   }));
 }
 

@@ -30,7 +30,7 @@ class IncrementalDrives : public Drives {
 };
 
 TEST_F(IncrementalDrives, AreRefusedUntilTheyAreHomed) {
-  EXPECT_THAT(refused().what(), AllOf(HasSubstr("node 1: is not homed since its power-up"),
+  EXPECT_THAT(refused().what(), AllOf(HasSubstr("node 1: has not been homed since its power-up"),
                                       HasSubstr("type 'corbot home lynx.toml'")));
   EXPECT_EQ(state_of_node(1), DriveState::kSwitchOnDisabled);
   DriveHoming homing(settings_);
@@ -53,7 +53,7 @@ TEST_F(IncrementalDrives, AreRefusedUntilTheyAreHomed) {
   backend_->close();
   backend_.reset();
   emulator_.command("reset 2");
-  EXPECT_THAT(refused().what(), HasSubstr("node 2: is not homed since its power-up"));
+  EXPECT_THAT(refused().what(), HasSubstr("node 2: has not been homed since its power-up"));
 }
 
 TEST_F(IncrementalDrives, AreHaltedAtAPersonsWord) {

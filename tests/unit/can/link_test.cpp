@@ -121,7 +121,7 @@ TEST(Port, AFileIsNoCanBus) {
     CanPort().open("unix:" + path, {});
     FAIL();
   } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("is a file, and no CAN bus"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("is a file, not the socket of a virtual CAN bus"));
   }
   ::unlink(path.c_str());
 }

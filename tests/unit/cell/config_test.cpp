@@ -123,7 +123,7 @@ const Case kCases[] = {
     {"port_not_a_number", "ports = 12820", "ports = \"x\"", "cell.ports", "a whole number from 1024"},
     {"ports_beyond", "ports = 12820", "ports = 65532", "cell.ports", "5 ports in a row"},
     {"unknown_key", "host = \"127.0.0.1\"", "hosts = \"127.0.0.1\"", "cell.hosts", "did you mean host"},
-    {"same_names", "name = \"robot2\"", "name = \"robot1\"", "robot[1].name", "names must differ"},
+    {"same_names", "name = \"robot2\"", "name = \"robot1\"", "robot[1].name", "give each table its own name"},
     {"both", "size_m = [0.165, 0.110]", "size_m = [0.165, 0.110], rows = 2", "place[0].size_m",
      "either size_m"},
     {"neither", ", size_m = [0.165, 0.110]", "", "place[0].name", "either size_m"},

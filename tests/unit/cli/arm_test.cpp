@@ -221,7 +221,8 @@ TEST(Solutions, ThatAreNoneSayWhy) {
   EXPECT_THAT(solutions_at(omx, rolled, true, {}).refusal, HasSubstr("28.65 degrees off"));
   EXPECT_EQ(solutions_at(omx, rolled, false, {}).refusal, "");
   const ArmModel xarm6 = load_profile(profile_file("xarm6")).arm;
-  EXPECT_THAT(solutions_at(xarm6, far, true, {}).refusal, HasSubstr("none was found: the nearest of "));
+  EXPECT_THAT(solutions_at(xarm6, far, true, {}).refusal,
+              HasSubstr("no solution was found: the nearest of "));
 }
 
 TEST(KinematicsCommand, TellsFamilyTableAndSolutions) {
@@ -262,11 +263,11 @@ TEST(KinematicsCommand, SpeaksJson) {
 TEST(KinematicsCommand, RefusesWhatItCannotRead) {
   const std::string arm = profile_file("omx");
   EXPECT_THAT(refusal({.profile = "/nowhere.toml"}), HasSubstr("no such file"));
-  EXPECT_THAT(refusal({.profile = arm, .pose = "1,2"}), HasSubstr("--pose: x,y,z in metres"));
+  EXPECT_THAT(refusal({.profile = arm, .pose = "1,2"}), HasSubstr("--pose: write X,Y,Z in metres"));
   EXPECT_THAT(refusal({.profile = arm, .pose = "1,2,x"}), HasSubstr("'x' is not a number"));
   EXPECT_THAT(refusal({.profile = arm, .pose = "1,2,"}), HasSubstr("--pose: "));
   EXPECT_THAT(refusal({.profile = arm, .pose = "1,2,3,1,1,0,0"}), HasSubstr("length 1"));
-  EXPECT_THAT(refusal({.profile = arm, .joints = "1,2,3"}), HasSubstr("3 numbers; the arm has 4 joints"));
+  EXPECT_THAT(refusal({.profile = arm, .joints = "1,2,3"}), HasSubstr("3 numbers, but the arm has 4 joints"));
 }
 
 /// The box of a text, px: left, right, baseline.

@@ -38,13 +38,16 @@ TEST(Line, GoesThroughBothMarks) {
 }
 
 TEST(Line, IsRefusedWhereItIsNotPlausible) {
-  EXPECT_THAT(line_through({0, 1500}, {0, 1500}, unit_of(JointKind::kRotary)).fault, HasSubstr("too close"));
-  EXPECT_THAT(line_through({0, 1500}, {9, 1600}, unit_of(JointKind::kRotary)).fault, HasSubstr("too close"));
-  EXPECT_THAT(line_through({0, 1500}, {90, 1549}, unit_of(JointKind::kRotary)).fault, HasSubstr("too close"));
+  EXPECT_THAT(line_through({0, 1500}, {0, 1500}, unit_of(JointKind::kRotary)).fault,
+              HasSubstr("mark places at least"));
+  EXPECT_THAT(line_through({0, 1500}, {9, 1600}, unit_of(JointKind::kRotary)).fault,
+              HasSubstr("mark places at least"));
+  EXPECT_THAT(line_through({0, 1500}, {90, 1549}, unit_of(JointKind::kRotary)).fault,
+              HasSubstr("mark places at least"));
   EXPECT_THAT(line_through({0, 1500}, {90, 1600}, unit_of(JointKind::kRotary)).fault,
-              HasSubstr("1.111 us a degree is not plausible"));
+              HasSubstr("the marks give 1.111 us a degree, plausible are"));
   EXPECT_THAT(line_through({0, 500}, {20, 2500}, unit_of(JointKind::kRotary)).fault,
-              HasSubstr("not plausible"));
+              HasSubstr("plausible are"));
 }
 
 TEST(Calibrate, TwoMarksGiveALineOneItsZeroNoneTheProfile) {
@@ -114,8 +117,9 @@ TEST(Line, OfASlideIsInMillimetres) {
   ASSERT_TRUE(found.line) << found.fault;
   EXPECT_EQ(found.line->zero_us, 1010.0);
   EXPECT_EQ(found.line->us_per_unit, 2.1);
-  EXPECT_THAT(line_through({0, 1000}, {4, 1600}, mm).fault, HasSubstr("the marks are 4 mm and 600 us apart"));
-  EXPECT_THAT(line_through({0, 1000}, {300, 1100}, mm).fault, HasSubstr("0.333 us a mm is not plausible"));
+  EXPECT_THAT(line_through({0, 1000}, {4, 1600}, mm).fault,
+              HasSubstr("the two marks are only 4 mm and 600 us apart"));
+  EXPECT_THAT(line_through({0, 1000}, {300, 1100}, mm).fault, HasSubstr("0.333 us a mm, plausible are"));
   EXPECT_TRUE(line_through({0, 1000}, {6, 2000}, mm).line);
 }
 
@@ -133,7 +137,7 @@ TEST(Calibrate, OfASlideWritesMetresAndMicrosecondsAMillimetre) {
   EXPECT_EQ(calibration.range(0)[0], 0.0);
   ASSERT_EQ(calibration.limit(0, true, 1010.0 + 2.1 * 412.37), "");
   EXPECT_EQ(calibration.range(0)[1], 412.3) << "inwards";
-  EXPECT_THAT(calibration.limit(1, true, 2100.0), HasSubstr("-50.0 mm; 0, where Ready goes"));
+  EXPECT_THAT(calibration.limit(1, true, 2100.0), HasSubstr("-50.0 mm, but the range must contain 0"));
   EXPECT_THAT(calibration.mark(2, {10'001.0, 1500.0}), HasSubstr("to 10000 mm"));
   std::vector<std::pair<std::string, double>> edits;
   for (const NumberEdit& edit : calibration.edits()) edits.emplace_back(edit.path, edit.value);

@@ -121,9 +121,10 @@ TEST(DryRun, TheFirstRefusalHasItsLine) {
     ADD_FAILURE() << "it was accepted";
   } catch (const client::Failure& failure) {
     EXPECT_EQ(failure.code(), client::ExitCode::kRefused);
-    EXPECT_THAT(failure.what(),
-                HasSubstr("p.corbot:3: move 2 2 2: would be refused: the target (2, 2, 2) m"));
-    EXPECT_THAT(failure.what(), HasSubstr("what follows was not checked; nothing moved"));
+    EXPECT_THAT(
+        failure.what(),
+        HasSubstr("p.corbot:3: move 2 2 2: the robot would refuse this line: the target (2, 2, 2) m"));
+    EXPECT_THAT(failure.what(), HasSubstr("the lines after it were not checked; nothing moved"));
   }
   EXPECT_NO_THROW(check_reach(load_program(CORBOT_EXAMPLES "/pick_and_place.corbot"), kLynx5));
   EXPECT_THROW(DryRun("/nowhere.toml"), client::Failure);

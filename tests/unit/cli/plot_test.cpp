@@ -144,22 +144,25 @@ TEST_F(Plot, ACycleThatIsMissingIsCountedAndGivesNoQuotient) {
 
 TEST_F(Plot, WhatIsNoRecordIsRefusedWithItsLine) {
   const std::string good = made_record(3);  // five lines before the rows
-  EXPECT_EQ(fault_of(""), "run.csv: has no line with the names of columns");
+  EXPECT_EQ(fault_of(""),
+            "run.csv: the file has no line with the names of columns, so it is no file of 'corbot record'");
   EXPECT_EQ(fault_of("x,y\n1,2\n"),
             "run.csv:1: column 'cycle' is missing, so this is no file of 'corbot record'");
-  EXPECT_EQ(fault_of(made_record(1)), "run.csv: 1 cycles recorded; a drawing takes two");
+  EXPECT_EQ(fault_of(made_record(1)),
+            "run.csv: the file has 1 cycles, a drawing needs at least 2: record for longer");
   EXPECT_EQ(fault_of(replaced(good, ",theta1_deg,", ",other,")),
             "run.csv:6: the column of joint 1 is missing");
   EXPECT_EQ(fault_of(replaced(good, "time_ns", "time")),
             "run.csv:6: column 'time_ns' is missing, so this is no file of 'corbot record'");
-  EXPECT_EQ(fault_of(replaced(good, "\n8,", "\n8,8,")), "run.csv:8: 30 fields, but there are 29 columns");
-  EXPECT_EQ(fault_of(good + "10,50"), "run.csv:10: 2 fields, but there are 29 columns")
+  EXPECT_EQ(fault_of(replaced(good, "\n8,", "\n8,8,")),
+            "run.csv:8: the line has 30 fields, but the file has 29 columns");
+  EXPECT_EQ(fault_of(good + "10,50"), "run.csv:10: the line has 2 fields, but the file has 29 columns")
       << "cut by a full disk";
   EXPECT_EQ(fault_of(replaced(good, "\n8,", "\nx8,")), "run.csv:8: column 'cycle': 'x8' is not a number");
   EXPECT_EQ(fault_of(replaced(good, "\n8,5020000000", "\n8,5000000000")),
             "run.csv:8: time_ns 5000000000 is not after 5000000000 of the line before");
   EXPECT_THAT(fault_of(replaced(good, " deg/s2", "")),
-              HasSubstr("run.csv:2: no name and five limits of a joint"));
+              HasSubstr("run.csv:2: the line must have the name of a joint and five limits"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run.svg"));
   EXPECT_EQ(fault_of(good), "none");
 }

@@ -43,8 +43,8 @@ void expect_no_wait(int write_end, int read_end) {
   EXPECT_THAT(text, HasSubstr(line));
   output.write("the last");
   text = drained(read_end);
-  EXPECT_THAT(
-      text, AllOf(HasSubstr("(10 lines were left out: the output was not read)\n"), EndsWith("the last\n")));
+  EXPECT_THAT(text, AllOf(HasSubstr("(10 lines were left out, because no program read the output)\n"),
+                          EndsWith("the last\n")));
   EXPECT_EQ(output.left_out(), 0u);
 }
 

@@ -129,7 +129,7 @@ TEST_F(State, AWrongNameAtAnAddressIsAnsweredWithTheRobotThere) {
     return std::string(client::explain(unknown, client::Address{uri, "lynx", where}).what());
   };
   EXPECT_EQ(told("127.0.0.1:12810"),
-            "a server answers at 127.0.0.1:12810, but has no robot named 'lynx': it has 'lynx5'");
+            "the server at 127.0.0.1:12810 has no robot named 'lynx': it has 'lynx5'");
   EXPECT_THAT(told("localhost:12810"), testing::EndsWith("it has 'lynx5'"));
   EXPECT_THAT(told("192.0.2.1:12810"), testing::EndsWith("no robot named 'lynx'"));
   EXPECT_THAT(told("127.0.0.1:2810"), testing::EndsWith("no robot named 'lynx'"));

@@ -42,7 +42,7 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   const std::string text = status_text(sample());
   EXPECT_THAT(text, HasSubstr("Error"));
   EXPECT_THAT(text, HasSubstr("corbot clear"));
-  EXPECT_THAT(text, HasSubstr("121 the servo device was lost, is back"));
+  EXPECT_THAT(text, HasSubstr("121 the servo device was lost and is connected again"));
   EXPECT_THAT(text, HasSubstr("(-90 to 90)"));
   EXPECT_THAT(text, HasSubstr("closed"));
   EXPECT_THAT(text, HasSubstr("ssc32, open\n"));
@@ -67,15 +67,16 @@ TEST(Status, ThePitchNowAndOfTheNextMoveAreTold) {
 TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
   StatusReport report = sample();
   report.active_alarms = {{121, "the servo device is lost: the line was cut; set-points are held"}};
-  EXPECT_THAT(status_text(report),
-              HasSubstr("alarm     121 the servo device was lost, is back: 'corbot clear' "
-                        "(alarm: the servo device is lost: the line was cut; set-points are held)\n"));
+  EXPECT_THAT(
+      status_text(report),
+      HasSubstr("alarm     121 the servo device was lost and is connected again: 'corbot clear' ends the "
+                "Error (alarm: the servo device is lost: the line was cut; set-points are held)\n"));
   EXPECT_THAT(status_text(report), Not(HasSubstr("fix the cause")));
   report.device.health = Corbot::DeviceClosed;
   EXPECT_THAT(status_text(report), Not(HasSubstr("is back"))) << "no task";
   report.device.causeText = "no energy until Clear";
   EXPECT_THAT(status_text(report),
-              AllOf(HasSubstr("is back: 'corbot clear'"), Not(HasSubstr("fix the cause")),
+              AllOf(HasSubstr("is connected again: 'corbot clear'"), Not(HasSubstr("fix the cause")),
                     HasSubstr("ssc32, closed: no energy until Clear")));
   report.active_alarms.push_back({130, "emergency stop"});
   report.device.emergencyStop = true;
@@ -92,7 +93,7 @@ TEST(Status, AHoldIsNoFault) {
   report.active_alarms = {{133, "held"}};
   report.control.held = true;
   EXPECT_THAT(status_text(report),
-              AllOf(HasSubstr("held: no fault: 'corbot clear'"), Not(HasSubstr("faulted"))));
+              AllOf(HasSubstr("held by 'hold', no fault: 'corbot clear'"), Not(HasSubstr("faulted"))));
   report.active_alarms.push_back({130, "emergency stop"});
   report.device.emergencyStop = true;
   EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));

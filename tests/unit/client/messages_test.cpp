@@ -60,7 +60,8 @@ TEST(Message, ACallThatIsNotAnsweredMayHaveBeenCarriedOut) {
       is_certainly_not_executed(CORBA::TRANSIENT(omni::TRANSIENT_CallTimedout, CORBA::COMPLETED_NO)));
   const Failure f = unknown_start(Failure(ExitCode::kUnreachable, "no answer"));
   EXPECT_EQ(f.code(), ExitCode::kUnreachable);
-  EXPECT_THAT(f.what(), AllOf(HasSubstr("no answer"), HasSubstr("accepted is unknown")));
+  EXPECT_THAT(f.what(),
+              AllOf(HasSubstr("no answer"), HasSubstr("whether the robot accepted the motion is unknown")));
 }
 
 TEST(Message, AJointThatIsNoneIsAnsweredWithTheNames) {
@@ -72,7 +73,8 @@ TEST(Message, AJointThatIsNoneIsAnsweredWithTheNames) {
   } catch (const Failure& failure) {
     EXPECT_EQ(failure.code(), ExitCode::kUsage);
     EXPECT_STREQ(failure.what(),
-                 "JOINT 'sholder': the arm has base, shoulder, elbow (0 to 2); did you mean 'shoulder'?");
+                 "JOINT 'sholder': the arm has no such joint; its joints are base, shoulder, elbow (0 to 2); "
+                 "did you mean 'shoulder'?");
   }
 }
 
@@ -154,7 +156,7 @@ TEST(Message, NotReadyStoppedAndQueueFull) {
   EXPECT_THAT(full.what(), HasSubstr("16 motions"));
   EXPECT_THAT(
       failure_of(Corbot::QueueFull(4)).what(),
-      AllOf(HasSubstr("4 calls of this machine wait"), HasSubstr("StartMove"),
+      AllOf(HasSubstr("4 calls of this machine already wait"), HasSubstr("StartMove"),
             HasSubstr("or 4 motions are queued, which is the limit of the profile's [servant] queue")));
 }
 

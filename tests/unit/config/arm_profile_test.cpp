@@ -85,18 +85,18 @@ const std::vector<Case> kCases{
     {"LengthsBesidesATable", "puma560", "dh = \"standard\"", "l0_m = 0.1\ndh = \"standard\"", "l0_m",
      "geometry.l0_m", "0.1", "is unknown"},
     {"RowMissing", "puma560", "dh = { theta_deg = 0, d_m = 0.67183, a_m = 0, alpha_deg = 90 }", "",
-     "[[joint]]\nname = \"waist\"", "joint[0].dh", "", "the profile needs a table [joint[0].dh]"},
+     "[[joint]]\nname = \"waist\"", "joint[0].dh", "", "add a table [joint[0].dh] to the profile"},
     {"AngleNan", "puma560", "alpha_deg = 90", "alpha_deg = nan", "alpha_deg = nan", "joint[0].dh.alpha_deg",
      "nan", "from -360 to 360 degrees"},
     {"OffsetInMillimetres", "puma560", "d_m = 0.67183", "d_m = 671.83", "d_m = 671.83", "joint[0].dh.d_m",
      "671.83", "from -10 to 10 m; numbers are metres: 20 cm is 0.20"},
     {"KindOfAnotherFamily", "puma560", "kind = \"anthropomorphic\"", "kind = \"scara\"", "\"scara\"",
      "robot.kind", "\"scara\"",
-     "must be \"anthropomorphic\", or be left out: the geometry is that of the family '"},
+     "must be \"anthropomorphic\", or left out: the geometry belongs to the family '"},
     {"KindInTheOtherConvention", "puma560", "\"standard\"", "\"modified\"", "kind = ", "robot.kind",
      "\"anthropomorphic\"", "as \"standard\" it is of the family 'ortho-parallel arm with spherical wrist'"},
     {"KindOfNone", "ur5e", "kind = \"anthropomorphic\"", "kind = \"humanoid\"", "\"humanoid\"", "robot.kind",
-     "\"humanoid\"", "is none; allowed here: \"anthropomorphic\""},
+     "\"humanoid\"", "is no kind of arm; allowed here: \"anthropomorphic\""},
     {"KindNotText", "ur5e", "kind = \"anthropomorphic\"", "kind = 6", "kind = 6", "robot.kind", "6",
      "must be a string"},
     {"KindOfAnArmWithoutForm", "xarm6", "kind = \"other\"", "kind = \"anthropomorphic\"",
@@ -118,7 +118,7 @@ const std::vector<Case> kCases{
     {"HomeOfThePapersArm", "al5d", "range_deg = [-90, 90]", "home_deg = 5\nrange_deg = [-90, 90]", "home_deg",
      "joint[0].home_deg", "5", "is unknown"},
     {"BaseOfThePapersArm", "al5d", "[gripper]", "[base]\nposition_m = [0, 0, 1]\n[gripper]", "[base]", "base",
-     "a table", "needs [geometry] with dh or urdf"},
+     "a table", "needs the key dh or urdf in [geometry]"},
     {"PositionShort", "so101", "position_m = [0.0388353, 0, 0]", "position_m = [0, 0]", "position_m = [0, 0]",
      "base.position_m", "[0, 0]", "3 numbers in brackets"},
     {"ToolInMillimetres", "so101", "position_m = [0.0079, ", "position_m = [79, ", "position_m = [79, ",
@@ -127,7 +127,7 @@ const std::vector<Case> kCases{
      "rpy_deg = [180, 0, 0]\nquaternion_wxyz = [1, 0, 0, 0]", "quaternion_wxyz", "base.quaternion_wxyz",
      "[1, 0, 0, 0]", "contradicts rpy_deg"},
     {"QuaternionOfNoRotation", "so101", "rpy_deg = [180, 0, 0]", "quaternion_wxyz = [1, 0, 0, 1]",
-     "quaternion_wxyz", "base.quaternion_wxyz", "[1, 0, 0, 1]", "must be of length 1"},
+     "quaternion_wxyz", "base.quaternion_wxyz", "[1, 0, 0, 1]", "must have length 1"},
     {"OrientationInRadians", "so101", "rpy_deg = [180, 0, 0]", "rpy_rad = [3.14, 0, 0]", "rpy_rad",
      "base.rpy_rad", "[3.14, 0, 0]", "is unknown; allowed here: position_m, rpy_deg, quaternion_wxyz"},
     {"ServoOfASlideInDegrees", "cartesian_ppp", "speed_m_s = 0.35",
@@ -204,7 +204,7 @@ TEST(ArmProfile, HasOneToSixJoints) {
   const auto faults = faults_of(text);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].key, "joint");
-  EXPECT_EQ(faults[0].allowed, "are 7 joints; an arm has 1 to 6");
+  EXPECT_EQ(faults[0].allowed, "are 7 joints, but an arm has 1 to 6");
 }
 
 TEST(ArmProfile, OfOneJointIsAnOther) {
@@ -339,7 +339,8 @@ TEST(ArmProfile, DrivesOfSlidesCountMetres) {
                                     "[0, 0.4772]", "[0, 3]"));
   ASSERT_EQ(far.size(), 1u);
   EXPECT_EQ(far[0].allowed,
-            "gives 3000000000 counts at the end of the joint's range; a drive has up to 2147483647");
+            "gives 3000000000 counts at the end of the joint's range, but a drive counts up to 2147483647: "
+            "correct it, or the range");
 }
 
 /// The document's profile is the one to begin with for an arm of one's own.

@@ -113,7 +113,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"BitRate", "readback = true", "bit_rate = 2000000", ".bit_rate", "0 to 1"},
         Wrong{"DriveTooMany", "[backend.socketcan.gripper]\nnode = 5\nclosed_count = 0\nopen_count = 40000",
               "[[backend.socketcan.drive]]\nnode = 5\ncounts_per_degree = 1", ".drive",
-              "5 drives; the arm has 4"},
+              "5 drives, but the arm has 4"},
         Wrong{"GripperStands", "open_count = 40000", "open_count = 0", ".gripper.open_count", "differ"},
         Wrong{"Unknown", "readback = true", "feedback = true", ".feedback", "unknown"}),
     [](const auto& test) { return test.param.name; });

@@ -118,8 +118,8 @@ const std::vector<Case> kCases{
     {"UnknownTable", "[loop]", "[lop]\nx = 1\n[loop]", "[lop]", "lop", "a table", "did you mean loop?"},
     // [[joint]]
     {"RangeReversed", "[-90, 90]", "[90, -90]", "[90, -90]", "joint[0].range_deg", "[90, -90]",
-     "lower below upper"},
-    {"RangeEmpty", "[-90, 90]", "[0, 0]", "[0, 0]", "joint[0].range_deg", "[0, 0]", "lower below upper"},
+     "LOWER below UPPER"},
+    {"RangeEmpty", "[-90, 90]", "[0, 0]", "[0, 0]", "joint[0].range_deg", "[0, 0]", "LOWER below UPPER"},
     {"RangeOneNumber", "[-90, 90]", "[90]", "[90]", "joint[0].range_deg", "[90]", "2 numbers in brackets"},
     {"RangeNotArray", "[-90, 90]", "90", "range_deg = 90", "joint[0].range_deg", "90",
      "2 numbers in brackets"},
@@ -128,7 +128,7 @@ const std::vector<Case> kCases{
     {"RangeWithoutReady", "[-90, 90]", "[10, 90]", "[10, 90]", "joint[0].range_deg", "[10, 90]",
      "must contain 0"},
     {"RangeBeyondPulse", "[-90, 90]", "[-90, 101]", "[-90, 101]", "joint[0].range_deg", "[-90, 101]",
-     "needs a pulse of 2510 us at 101 degrees; pulse_range_us allows 500 to 2500"},
+     "needs a pulse of 2510 us at 101 degrees, but pulse_range_us allows 500 to 2500"},
     {"SpeedZero", "speed_deg_s = 180", "speed_deg_s = 0", "speed_deg_s = 0", "joint[0].speed_deg_s", "0",
      "above 0"},
     {"AccelerationNegative", "acceleration_deg_s2 = 800", "acceleration_deg_s2 = -1", "= -1",
@@ -249,7 +249,7 @@ const std::vector<Case> kCases{
      "has channels 0 to 3, one for each of backend.gpiod.lines; gripper.channel is 4"},
     {"LinesTwice", "kind = \"loopback\"",
      "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"2\"] }", "lines = [",
-     "backend.gpiod.lines", "[\"1\", \"2\", \"3\", \"4\", \"2\"]", "each one once"},
+     "backend.gpiod.lines", "[\"1\", \"2\", \"3\", \"4\", \"2\"]", "each different and not empty"},
     {"LinesNotText", "kind = \"loopback\"", "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [1, 2] }",
      "lines = [", "backend.gpiod.lines", "[1, 2]", "strings in brackets"},
     {"LinesTooManyToStagger", "kind = \"loopback\"",
@@ -265,7 +265,7 @@ const std::vector<Case> kCases{
      "gpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"5\"], awake_us = 1000 }",
      "awake_us", "backend.gpiod.awake_us", "1000", "from 0 to 200"},
     {"StopRampTooShort", "ramp_s = 1.0", "ramp_s = 0.9", "ramp_s = 0.9", "stop.ramp_s", "0.9",
-     "from 0.99 s, which the longest stop by these limits takes, to 10 s"},
+     "from 0.99 s, the duration of the longest stop by the limits of this profile, to 10 s"},
     {"StopChip", "[backend]", "[emergency_stop]\nchip = \"gpiochip0\"\nline = \"ESTOP\"\n[backend]",
      "chip = ", "emergency_stop.chip", "\"gpiochip0\"", "such as /dev/gpiochip0"},
     {"StopLineMissing", "[backend]", "[emergency_stop]\nchip = \"/dev/gpiochip0\"\n[backend]",
@@ -314,7 +314,9 @@ TEST(Refusal, APowerThatStaysIsNoCategory0) {
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].key, "power_enable.off_at_stop");
   EXPECT_EQ(faults[0].value, "false");
-  EXPECT_EQ(faults[0].allowed, "contradicts stop.category = 0, which takes the power at once");
+  EXPECT_EQ(
+      faults[0].allowed,
+      "contradicts stop.category = 0, which switches the power off at once: set it to true, or category = 1");
 }
 
 TEST(Refusal, AWatchdogIsNotFasterThanTheLoop) {
@@ -327,7 +329,7 @@ TEST(Refusal, AWatchdogIsNotFasterThanTheLoop) {
   const auto faults = faults_of(text);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].key, "watchdog.period_ms");
-  EXPECT_THAT(faults[0].allowed, HasSubstr("at least that of the loop, 20 ms"));
+  EXPECT_THAT(faults[0].allowed, HasSubstr("at least the period of the loop, 20 ms"));
 }
 
 TEST(Refusal, NamesAllFaultsAtOnceInTheOrderOfTheFile) {

@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"NoNumber", "xyz=\"0 0 0.3\"", "xyz=\"0 0 high\"", "is no URDF: "},
                     Wrong{"NoBase", "<link name=\"base\"/>", "", "is no URDF: "},
                     Wrong{"OtherWay", "<parent link=\"flange\"/>", "<parent link=\"world\"/>",
-                          "no joints from link \"base\" outwards to \"tool\""},
+                          "no chain of joints from link \"base\" outwards to link \"tool\""},
                     Wrong{"Floating", "name=\"lift\" type=\"prismatic\"", "name=\"lift\" type=\"floating\"",
                           "\"lift\" that is not revolute, continuous, prismatic or fixed"},
                     Wrong{"Mimic", "name=\"spin\" type=\"continuous\">",
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"LimitsSwapped", "lower=\"-2.5\" upper=\"2.5\"", "lower=\"2.5\" upper=\"-2.5\"",
                           "\"elbow\" whose lower limit is above its upper one"},
                     Wrong{"Degrees", "rpy=\"3.14159265358979 0 0\"", "rpy=\"180 0 0\"",
-                          "has rpy=\"180 0 0\": degrees? A URDF has radians"},
+                          "has rpy=\"180 0 0\", which looks like degrees: write radians in a URDF"},
                     Wrong{"NoAxis", "<axis xyz=\"0 0 -2\"/>", "<axis xyz=\"0 0 0\"/>",
                           "\"elbow\" without an axis"}),
     [](const auto& test) { return test.param.name; });
@@ -196,10 +196,9 @@ TEST(UrdfProfile, JointsAreThoseOfTheChain) {
   };
   const std::string shoulder = joint("a", "deg", "[-100, 100]"), elbow = joint("b", "deg", "[-100, 100]"),
                     lift = joint("c", "m", "[0, 0.2]"), spin = joint("d", "deg", "[-180, 180]");
-  EXPECT_THAT(
-      text(shoulder + elbow + lift),
-      HasSubstr("joint = [a table, a table, a table]: are 3 joints; the URDF has 4 between those links: "
-                "shoulder, elbow, lift, spin"));
+  EXPECT_THAT(text(shoulder + elbow + lift),
+              HasSubstr("joint = [a table, a table, a table]: are 3 joints, but the URDF has 4 between the "
+                        "links base_link and tip_link: shoulder, elbow, lift, spin"));
   EXPECT_THAT(
       text(joint("a", "deg", "[-120, 100]") + elbow + lift + spin),
       HasSubstr(
@@ -232,9 +231,8 @@ TEST(UrdfProfile, JointsThatHaveItsNamesStandInItsOrder) {
   const auto faults = faults_of(
       profile_text(kScara, joint("elbow", "deg", "[-100, 100]") + joint("arm", "deg", "[-100, 100]") + rest));
   ASSERT_EQ(faults.size(), 1u);
-  EXPECT_THAT(faults[0].text(),
-              HasSubstr("joint[0].name = \"elbow\": is joint 1 of the URDF, whose joint 0 is "
-                        "\"shoulder\"; they stand in its order"));
+  EXPECT_THAT(faults[0].text(), HasSubstr("joint[0].name = \"elbow\": is joint 1 of the URDF, whose joint 0 "
+                                          "is \"shoulder\": write the joints in the order of the URDF"));
 }
 
 }  // namespace

@@ -300,7 +300,7 @@ TEST_F(SafetyLinesTest, AThreadThatBlocksInItsFirstLookIsAPressFromTheStartOn) {
   EXPECT_EQ(stop_.sources(), kWatcher);
   EXPECT_EQ(stop_.presses(), 1u);
   EXPECT_EQ(stop_.beats(), 1u) << "the cycle demands it";
-  EXPECT_THAT(logged(*lines), HasSubstr("does not come to its first look"));
+  EXPECT_THAT(logged(*lines), HasSubstr("has not read them in time"));
   power_.block_sets(false);
   EXPECT_TRUE(wait_until([&] { return stop_.beats() > 1; }));
 }

@@ -150,7 +150,7 @@ TEST_F(WatchdogTest, ALineThatIsGoneTripsIt) {
   ASSERT_TRUE(wait_until([&] { return watchdog_.requests() > requests; }));
   EXPECT_TRUE(runs());
   EXPECT_THAT(logged(*lines), HasSubstr("watchdog: its line cannot be switched: No such device"));
-  EXPECT_THAT(logged(*lines), HasSubstr("watchdog: its line is back"));
+  EXPECT_THAT(logged(*lines), HasSubstr("watchdog: its line can be switched again"));
 }
 
 TEST_F(WatchdogTest, BeginsOnlyAfterAnInheritedErrorIsCleared) {

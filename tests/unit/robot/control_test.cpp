@@ -223,8 +223,9 @@ TEST_F(ControlTest, AReleaseWhoseStopFailedSaysSoAndHasEnded) {
   failure_ = "the task is frozen";
   const corbot_error error = refusal([&] { control_.release(key); });
   EXPECT_EQ(error.status, CORBOT_NOT_READY);
-  EXPECT_STREQ(error.text,
-               "control has ended, but it is not known that the arm has stopped: the task is frozen");
+  EXPECT_STREQ(
+      error.text,
+      "control has ended, but the servant cannot confirm that the arm has stopped: the task is frozen");
   EXPECT_FALSE(control_.holder());
   EXPECT_NO_THROW((void)control_.use(""));
 }

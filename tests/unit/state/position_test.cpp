@@ -251,7 +251,7 @@ TEST_F(Position, AtTheVeryEndsOfTheRangesIsAccepted) {
 TEST_F(Position, IsRefusedWhereAnythingIsWrong) {
   EXPECT_EQ(refusal(position_text(sample(), arm_)), "");
   EXPECT_THAT(refusal(changed("\"lynx5\"", "\"lynx6\"")), HasSubstr("another robot"));
-  EXPECT_THAT(refusal(changed("format = 3", "format = 4")), HasSubstr("not known"));
+  EXPECT_THAT(refusal(changed("format = 3", "format = 4")), HasSubstr("does not know the format"));
   EXPECT_THAT(refusal(changed("format = 3", "")), HasSubstr("format is missing"));
   EXPECT_THAT(refusal(changed("profile = \"", "profile = \"f")), HasSubstr("profile"));
   EXPECT_THAT(refusal(changed("profile = \"", "profile = \"x")), HasSubstr("hexadecimal"));

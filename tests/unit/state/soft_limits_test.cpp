@@ -76,7 +76,7 @@ TEST_F(SoftLimitsFile, AreReadAsWrittenUntilTheyAreRemoved) {
 }
 
 TEST_F(SoftLimitsFile, OfAnotherRobotOrProfileAreRejected) {
-  EXPECT_THAT(refusal(changed("robot = \"lynx5\"", "robot = \"lynx6\"")), HasSubstr("another robot's"));
+  EXPECT_THAT(refusal(changed("robot = \"lynx5\"", "robot = \"lynx6\"")), HasSubstr("another robot"));
   ArmModel other = arm_;
   other.joints[0].upper_q -= 0.1;
   EXPECT_THAT(refusal(soft_limits_text(sample_, "lynx5", "ssc32", other)), HasSubstr("profile has changed"));
