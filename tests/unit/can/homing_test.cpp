@@ -42,7 +42,7 @@ TEST_F(IncrementalDrives, AreRefusedUntilTheyAreHomed) {
   EXPECT_NEAR(homing.position_q(0), 700 / kCountsPerRad, 40 / kCountsPerRad);
   EXPECT_EQ(homing.count(1), kStandsAt) << "holds";
   homing.relax();
-  EXPECT_THAT(refused().what(), HasSubstr("node 2: is not homed"));
+  EXPECT_THAT(refused().what(), HasSubstr("node 2: has not been homed"));
   DriveHoming second(settings_);
   second.open();
   ASSERT_TRUE(second.energise(never));
@@ -68,7 +68,7 @@ TEST_F(IncrementalDrives, AreHaltedAtAPersonsWord) {
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "and holds";
   EXPECT_EQ(emulator_.counts().at(1), at);
   homing.leave();
-  EXPECT_THAT(refused().what(), HasSubstr("node 1: is not homed")) << "though it is enabled";
+  EXPECT_THAT(refused().what(), HasSubstr("node 1: has not been homed")) << "though it is enabled";
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "still";
   EXPECT_EQ(emulator_.counts().at(1), at);
 }
