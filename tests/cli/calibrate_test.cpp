@@ -371,7 +371,9 @@ TEST_F(Calibrate, QuitWarnsOnceAtATerminal) {
   ask("on", "the servos");
   ask("joint base", "base");
   ask("mark 1", "base");
-  EXPECT_EQ(ask("quit", "1 joint"), "1 joint was marked and not written: type 'write' to keep the values");
+  EXPECT_EQ(
+      ask("quit", "1 joint"),
+      "1 joint was marked and not written: type 'write' to keep the values, or 'quit' again to lose them");
   ask("write", "written");
   ask("joint gripper", "gripper");
   ask("- 7", "gripper");

@@ -147,7 +147,7 @@ void CalibrateSession::switch_on() {
     if (!servos_.is_on()) throw;
     throw std::invalid_argument(error.what());  // an emergency stop that is still pressed
   }
-  fmt::print("the servos have their pulses: the arm is powered\n");
+  fmt::print("the servos have their pulses\n");
 }
 
 double CalibrateSession::number(const Words& words) {
@@ -323,9 +323,8 @@ void CalibrateSession::report_unwritten() const {
 
 void CalibrateSession::fail_lost_device() {
   print_log();
-  throw Failure(ExitCode::kInternal,
-                fmt::format("the device is lost, check its power and its cable{}{}{}",
-                            lost_text_.empty() ? "" : ": ", lost_text_, unwritten_note()));
+  throw Failure(ExitCode::kInternal, fmt::format("the device is lost{}{}{}", lost_text_.empty() ? "" : ": ",
+                                                 lost_text_, unwritten_note()));
 }
 
 void CalibrateSession::print_log() {
