@@ -126,8 +126,7 @@ CLI::Validator whole_number_from(int low) {
 }
 
 void add_words_of_persons(CLI::App& cell) {
-  auto [resolving, piece] =
-      add_client(cell, "resolve", "Record where an unclear piece stands", resolve);
+  auto [resolving, piece] = add_client(cell, "resolve", "Record where an unclear piece stands", resolve);
   resolving->add_option("PIECE", piece->piece, "Number of the piece, as 'corbot cell status' shows it")
       ->required()
       ->check(whole_number_from(1));
