@@ -11,6 +11,8 @@ namespace {
 constexpr std::chrono::milliseconds kPollInterval{20};
 constexpr std::chrono::milliseconds kCellPollInterval{160};
 constexpr std::chrono::milliseconds kReconnectInterval{500};
+/// A servant that has died is back within this time as a rule, and its motion goes on.
+constexpr std::chrono::milliseconds kStopTries{1000};
 }  // namespace
 
 Watch::Watch(std::string name, std::unique_ptr<Port> port, Watched what)
@@ -117,17 +119,25 @@ void Watch::run_stops() {
     const std::uint64_t number = stops_requested_;
     if (number == last_stop_.number) return;
     lock.unlock();
-    StopResult result{number, {}};
-    try {
-      port_->stop();
-    } catch (const std::exception& error) {
-      result.failure = error.what();
-    }
+    StopResult result{number, stop()};
     lock.lock();
     last_stop_ = std::move(result);
     lock.unlock();
     changed_();
     lock.lock();
+  }
+}
+
+std::string Watch::stop() {
+  const Clock::time_point last_try = Clock::now() + kStopTries;
+  for (;;) {
+    try {
+      port_->stop();
+      return {};
+    } catch (const std::exception& error) {
+      if (Clock::now() > last_try) return error.what();
+    }
+    std::this_thread::sleep_for(kPollInterval);
   }
 }
 
@@ -144,7 +154,7 @@ void Watch::run_calls() {
     if (stops_requested_ != call->stops && (is_start || client::spec_of(call->request.verb).motion)) {
       // The robot or cell may have accepted the motion after it had carried out that Stop.
       ++stops_requested_;
-      call->failure = "a Stop was requested meanwhile: this motion does not go on";
+      if (call->failure.empty()) call->failure = "a Stop was requested meanwhile: this motion does not go on";
     }
     call->has_ended = true;
     call_ = nullptr;

@@ -84,6 +84,8 @@ class Watch {
   void poll_until_failure();
   void run_stops();
   void run_calls();
+  /// Tries to stop the robot for a second. Returns why it failed; empty: the arm is at rest.
+  [[nodiscard]] std::string stop();
   /// Makes the call while the mutex is not locked.
   void make(Call& call);
   void publish(nlohmann::json state);

@@ -28,6 +28,7 @@ class FakeRobot {
     return picture_;
   }
   [[nodiscard]] int stops() const { return get(stops_); }
+  [[nodiscard]] int failed_stops() const { return get(failed_stops_); }
   [[nodiscard]] int polls() const { return get(polls_); }
   [[nodiscard]] int hanging_polls() const { return get(hanging_polls_); }
   [[nodiscard]] int hanging_stops() const { return get(hanging_stops_); }
@@ -55,6 +56,7 @@ class FakeRobot {
     ++hanging_stops_;
     wake_.wait(lock, [&] { return !stops_hang_; });
     --hanging_stops_;
+    if (!fault_.empty()) ++failed_stops_;
     fail();
     ++stops_;
   }
@@ -93,6 +95,7 @@ class FakeRobot {
   std::shared_ptr<const std::string> picture_;
   int polls_{0};
   int stops_{0};
+  int failed_stops_{0};
   int hanging_polls_{0};
   int hanging_stops_{0};
   int hanging_calls_{0};

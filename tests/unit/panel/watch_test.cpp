@@ -82,6 +82,18 @@ TEST_F(PanelWatch, SaysWhyAStopFailed) {
   EXPECT_EQ(watch_.last_stop().failure, "no answer");
 }
 
+// A supervisor starts a servant that has died again at once, and the motion goes on meanwhile.
+TEST_F(PanelWatch, TriesAStopAgainWhileTheServantStarts) {
+  robot_->set_fault("the servant closed the connection");
+  start();
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return robot_->failed_stops() >= 2; }));
+  robot_->set_fault("");
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  EXPECT_EQ(watch_.last_stop().failure, "");
+  EXPECT_EQ(robot_->stops(), 1);
+}
+
 // A motion may begin after the first Stop has ended. The watch must not drop the second Stop then.
 TEST_F(PanelWatch, CarriesOutAStopThatComesDuringAnother) {
   robot_->set_stops_hang(true);
@@ -139,6 +151,22 @@ TEST_F(PanelWatch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
   robot_->set_calls_hang(false);
   ASSERT_TRUE(wait_until([&] { return call->has_ended.load() && robot_->stops() == 2; }));
   EXPECT_THAT(call->failure, HasSubstr("a Stop was requested"));
+}
+
+// A call without an answer may still reach the robot, after both Stops.
+TEST_F(PanelWatch, DoesNotPromiseRestAfterACallWithoutAnAnswer) {
+  robot_->set_calls_hang(true);
+  start();
+  const auto call = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  robot_->set_fault("no answer");
+  robot_->set_calls_hang(false);
+  ASSERT_TRUE(wait_until([&] { return call->has_ended.load(); }));
+  EXPECT_EQ(call->failure, "no answer");
+  robot_->set_fault("");
+  EXPECT_TRUE(wait_until([&] { return robot_->stops() == 2; }));
 }
 
 TEST_F(PanelWatch, AStopDuringACallThatMovesNothingIsNotRepeated) {
