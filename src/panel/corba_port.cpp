@@ -160,9 +160,20 @@ void CorbaPort::stop() {
   client::call(way.address, [&] { way.arm->Stop(); });
 }
 
+void CorbaPort::check_connection(const Way& way) {
+  client::call(way.address, [&] {
+    try {
+      (void)way.arm->CycleAge();
+    } catch (const CORBA::COMM_FAILURE&) {
+      (void)way.arm->CycleAge();  // of a servant that has started again
+    }
+  });
+}
+
 json CorbaPort::call(const client::Request& request) {
   Way way = call_way();
   if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), client::find_robot(robot_), kCallConnections);
+  check_connection(way);
   json reply{{"done", true}};
   if (request.verb == client::Verb::kAcquire) {
     control_ = client::call(way.address, [&] {

@@ -34,6 +34,9 @@ class CorbaPort : public Port {
   [[nodiscard]] static Way new_way(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group);
   [[nodiscard]] Way stop_way() const;
   [[nodiscard]] Way call_way() const;
+  /// Throws if the arm does not answer, so that no motion reaches it late. Opens its connection again if the
+  /// servant has closed it.
+  static void check_connection(const Way& way);
   /// Uses the arm's own reference again if control has ended.
   void forget_ended_control(const Way& way);
 

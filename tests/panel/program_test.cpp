@@ -156,6 +156,37 @@ TEST_F(PanelProgram, MovesARobotWhenItsControlHasEnded) {
   EXPECT_EQ(call({{"do", "ready"}}).result(), http::status::ok);
 }
 
+TEST_F(PanelProgram, MovesARobotThatHasStartedAgain) {
+  start_panel();
+  const std::string ready = json{{"robot", reference_}, {"do", "ready"}}.dump();
+  ASSERT_EQ(ask(drive_, http::verb::post, "/api/call", ready).result(), http::status::ok);
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  const auto read_until_connected = [&](bool wanted) {
+    json state = page.read();
+    while (state.is_object() && state.value("connected", false) != wanted) state = page.read();
+    return state.is_object();
+  };
+  ASSERT_TRUE(read_until_connected(true));
+  servant_->signal(SIGKILL);
+  ASSERT_TRUE(servant_->wait(within(30)));
+  ASSERT_TRUE(read_until_connected(false));
+  start_servant();
+  ASSERT_TRUE(read_until_connected(true));
+  const Response moved = ask(drive_, http::verb::post, "/api/call", ready);
+  EXPECT_EQ(moved.result(), http::status::ok) << moved.body();
+}
+
+TEST_F(PanelProgram, SendsNoMotionToARobotThatDoesNotAnswer) {
+  start_panel();
+  const std::string ready = json{{"robot", reference_}, {"do", "ready"}}.dump();
+  servant_->signal(SIGSTOP);
+  const Response lost = ask(drive_, http::verb::post, "/api/call", ready);
+  servant_->signal(SIGCONT);
+  EXPECT_EQ(lost.result(), http::status::conflict);
+  EXPECT_THAT(lost.body(), HasSubstr("no answer"));
+  EXPECT_THAT(lost.body(), testing::Not(HasSubstr("whether the motion was accepted")));
+}
+
 TEST_F(PanelProgram, LeavesTheTokensOfAPanelWithItsPortAtAnotherAddress) {
   start_panel();
   const std::vector<std::string> second{CORBOT_BIN_DIR "/corbot-panel",
