@@ -115,6 +115,7 @@ void HttpSession::take_stop(const Request& request) {
                   "write nothing, {}, {\"robot\": NAME} with a robot of this panel, or {\"cell\": NAME} "
                   "with a cell of it");
   stop_ = std::move(order);
+  end_idle();
   stream_.expires_never();  // the time-out of the robot's port limits each Stop
   on_change();
 }
@@ -134,6 +135,7 @@ void HttpSession::take_call(const Request& request) {
     return refuse_call(Status::bad_request, failure.what());
   }
   if (!call_) return refuse_call(Status::conflict, "busy: another call to this robot or cell is in progress");
+  end_idle();
   stream_.expires_never();  // the time-out of the robot's port limits the call
   on_change();
 }
@@ -198,6 +200,7 @@ void HttpSession::send(Status status, const char* type, std::string body) {
   response->keep_alive(keep_alive_);
   response->body() = std::move(body);
   response->prepare_payload();
+  begin_idle();
   stream_.expires_after(kResponseTimeout);
   http::async_write(stream_, *response, [me = self(), response](beast::error_code error, std::size_t) {
     if (error) return;

@@ -41,11 +41,13 @@ class Session : public std::enable_shared_from_this<Session> {
   /// The hub calls it when a robot or cell has a new state or a Stop has ended.
   virtual void on_change() = 0;
   virtual void close() = 0;
-  /// Returns the time since which the connection has waited for a request.
+  /// Returns the time since which the connection has waited for a request; the latest one during a Stop or a
+  /// call.
   [[nodiscard]] Clock::time_point idle_since() const { return idle_since_; }
 
  protected:
   void begin_idle() { idle_since_ = Clock::now(); }
+  void end_idle() { idle_since_ = Clock::time_point::max(); }
 
  private:
   Clock::time_point idle_since_{Clock::now()};

@@ -362,6 +362,21 @@ TEST_F(PanelServer, ManyConnectionsThatSendNothingLeaveRoomForAStop) {
   EXPECT_TRUE(silent.front()->is_closed());
 }
 
+TEST_F(PanelServer, ManyConnectionsThatSendNothingLeaveAStopItsReply) {
+  settings_.most_requests = 3;
+  settings_.idle = std::chrono::minutes(5);
+  one_->set_stops_hang(true);
+  const int port = start();
+  Browser waiting(port);
+  std::thread caller([&] { EXPECT_EQ(waiting.post("/api/stop").result(), http::status::ok); });
+  EXPECT_TRUE(wait_until([&] { return one_->hanging_stops() == 1; }));
+  std::vector<std::unique_ptr<Browser>> silent;
+  for (int i = 0; i < 10; ++i) silent.push_back(std::make_unique<Browser>(port));
+  EXPECT_TRUE(silent.front()->is_closed());
+  one_->set_stops_hang(false);
+  caller.join();
+}
+
 TEST_F(PanelServer, ClosesAConnectionThatSendsNothing) {
   settings_.idle = std::chrono::milliseconds(50);
   Browser browser(start());
