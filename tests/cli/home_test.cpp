@@ -168,6 +168,10 @@ TEST_F(Home, IsForDrivesThatNeedIt) {
   RunResult result = corbot({"home", profile_, "wrist", "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("joint wrist has no homing_method"));
+  result = corbot({"home", profile_, "3", "--name", name_});  // numbers begin at 0, as in all commands
+  EXPECT_THAT(result.errors, HasSubstr("joint wrist has no homing_method"));
+  result = corbot({"home", profile_, "4", "--name", name_});
+  EXPECT_THAT(result.errors, HasSubstr("JOINT '4': the arm has no such joint"));
   result = corbot({"home", profile_, "thumb", "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(

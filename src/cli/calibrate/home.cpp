@@ -57,7 +57,7 @@ std::size_t joint_of(const Profile& profile, const std::string& word) {
                   "travel: use an absolute encoder, or home it with its maker's tool");
   }
   for (std::size_t i = 0; i < profile.arm.dof; ++i) {
-    if (word == names[i] || word == std::to_string(i + 1)) return i;
+    if (word == names[i] || word == std::to_string(i)) return i;
   }
   throw Failure(ExitCode::kUsage, fmt::format("JOINT '{}': the arm has no such joint; its joints are {}",
                                               printable(word), fmt::join(names, ", ")));
