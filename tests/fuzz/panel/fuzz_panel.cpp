@@ -32,10 +32,10 @@ int port_of_panel() {
   settings.pages = pages;
   settings.watch_token = "t";
   settings.drive_token = "d";
-  std::vector<std::unique_ptr<RobotWatch>> robots;
+  std::vector<std::unique_ptr<Watch>> robots;
   for (const char* name : {"one", "two"}) {
     auto port = std::make_unique<FakePort>(std::make_shared<FakeRobot>());
-    robots.push_back(std::make_unique<RobotWatch>(name, std::move(port)));
+    robots.push_back(std::make_unique<Watch>(name, std::move(port)));
   }
   static Server* const server = new Server(std::move(settings), std::move(robots));
   std::thread([] { server->run(); }).detach();
