@@ -358,7 +358,7 @@ TEST(Refusal, OfAChannelThatAMaestroDoesNotHave) {
   const std::vector<ConfigFault> faults = faults_of(text);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].key, "backend.kind");
-  EXPECT_THAT(faults[0].allowed, HasSubstr("has channels 0 to 23; joint[3].servo.channel is 24"));
+  EXPECT_THAT(faults[0].allowed, HasSubstr("has channels 0 to 23, but joint[3].servo.channel is 24"));
 }
 
 TEST(Refusal, OfAnEmptyProfileNamesEveryRequiredTable) {
