@@ -246,7 +246,7 @@ const std::vector<Case> kCases{
     {"ChannelsOfGpiod", "kind = \"loopback\"",
      "kind = \"gpiod\"\ngpiod = { chip = \"/dev/gpiochip0\", lines = [\"A\", \"B\", \"C\", \"D\"] }",
      "kind = \"gpiod\"", "backend.kind", "\"gpiod\"",
-     "has channels 0 to 3, one for each of backend.gpiod.lines; gripper.channel is 4"},
+     "has channels 0 to 3, one for each of backend.gpiod.lines, but gripper.channel is 4"},
     {"LinesTwice", "kind = \"loopback\"",
      "kind = \"gpiod\"\ngpiod = { chip = \"/x\", lines = [\"1\", \"2\", \"3\", \"4\", \"2\"] }", "lines = [",
      "backend.gpiod.lines", "[\"1\", \"2\", \"3\", \"4\", \"2\"]", "each different and not empty"},
