@@ -86,10 +86,12 @@ class NotReady(CorbotError):
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
-        super().__init__(
-            f"{_sentence(reason)} See arm.state and arm.alarms; "
-            "arm.clear() leaves Error once its cause is gone."
+        remedy = (
+            "arm.state.control shows the client and the time it has left."
+            if "' has control of the arm, for" in reason
+            else "See arm.state and arm.alarms; arm.clear() leaves Error once its cause is gone."
         )
+        super().__init__(f"{_sentence(reason)} {remedy}")
 
 
 class Stopped(CorbotError):
