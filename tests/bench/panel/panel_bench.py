@@ -6,19 +6,23 @@ Usage: panel_bench.py [TRIALS [SECONDS]]
 Runs with the Python of the package's tests. Exit status 1: a bound of docs/figures.md does not hold.
 """
 
+from __future__ import annotations
+
 import contextlib
 import http.client
+import multiprocessing
 import os
 import re
+import selectors
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 
 import corbot
@@ -39,8 +43,8 @@ class Panel:
     port: int
     token: str
 
-    def watch(self, reads: bool) -> socket.socket:
-        """Open a WebSocket; a thread reads and discards the texts if `reads`."""
+    def watch(self) -> socket.socket:
+        """Open a WebSocket."""
         browser = socket.create_connection(("127.0.0.1", self.port))
         browser.sendall(
             f"GET /ws?token={self.token} HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\n"
@@ -48,8 +52,6 @@ class Panel:
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n".encode()
         )
         assert b" 101 " in browser.recv(4096)
-        if reads:
-            threading.Thread(target=_discard, args=(browser,), daemon=True).start()
         return browser
 
     def cpu_s(self) -> float:
@@ -58,13 +60,33 @@ class Panel:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-_texts = [0]  # the WebSocket texts that browsers have read; each begins with the byte 0x81
+def _read_all(browsers: list[socket.socket], silent: list[socket.socket], texts: Synchronized[int]) -> None:
+    """Read, and send a pong each second, as the panel closes a browser that answers no ping."""
+    due = 0.0
+    with selectors.DefaultSelector() as ready:
+        for browser in browsers:
+            ready.register(browser, selectors.EVENT_READ)
+        while True:
+            for key, _ in ready.select(0.1):
+                data = key.fileobj.recv(1 << 16)
+                assert data, "the panel closed a browser"
+                texts.value += data.count(b"\x81")
+            if time.monotonic() > due:
+                due = time.monotonic() + 1.0
+                for browser in browsers + silent:
+                    browser.send(b"\x8a\x80\0\0\0\0")
 
 
-def _discard(browser: socket.socket) -> None:
-    with contextlib.suppress(OSError):
-        while data := browser.recv(1 << 16):
-            _texts[0] += data.count(b"\x81")
+@contextlib.contextmanager
+def reader(browsers: list[socket.socket], silent: list[socket.socket]) -> Iterator[Synchronized[int]]:
+    """Read in another process, which does not delay this one; count the texts, which begin with 0x81."""
+    texts = multiprocessing.Value("Q", 0)
+    process = multiprocessing.Process(target=_read_all, args=(browsers, silent, texts), daemon=True)
+    process.start()
+    yield texts
+    assert process.is_alive(), "a browser has lost its panel"
+    process.kill()
+    process.join()
 
 
 @contextlib.contextmanager
@@ -104,12 +126,11 @@ def stop_once(arm: corbot.Arm, browser: http.client.HTTPConnection, token: str, 
 def stops(trials: int) -> bool:
     """Print the times of Stops beside nine watchers; true if the bound holds."""
     with corbot.simulated("lynx5") as arm, panel(arm.address) as served:
-        watchers = [served.watch(reads=number > 0) for number in range(BROWSERS - 1)]
+        watchers = [served.watch() for _ in range(BROWSERS - 1)]
         browser = http.client.HTTPConnection("localhost", served.port)
         arm.joints(FAR[0])
-        times = sorted(stop_once(arm, browser, served.token, FAR[1 - i % 2]) for i in range(trials))
-        for watcher in watchers:
-            watcher.close()
+        with reader(watchers[1:], watchers[:1]):
+            times = sorted(stop_once(arm, browser, served.token, FAR[1 - i % 2]) for i in range(trials))
     p50, p99 = times[len(times) // 2], times[int(0.99 * len(times))]
     print(f"{trials} Stops beside {BROWSERS - 1} watchers, one of which does not read: median "
           f"{1e3 * p50:.1f} ms, p99 {1e3 * p99:.1f} ms, longest {1e3 * times[-1]:.1f} ms")
@@ -121,14 +142,12 @@ def load(seconds: float) -> bool:
     with contextlib.ExitStack() as stack:
         arms = [stack.enter_context(corbot.simulated("lynx5")) for _ in range(ROBOTS)]
         served = stack.enter_context(panel(*(arm.address for arm in arms)))
-        browsers = [served.watch(reads=True) for _ in range(BROWSERS)]
+        texts = stack.enter_context(reader([served.watch() for _ in range(BROWSERS)], []))
         time.sleep(1.0)
-        before, begun, texts = served.cpu_s(), time.monotonic(), _texts[0]
+        before, begun, seen = served.cpu_s(), time.monotonic(), texts.value
         time.sleep(seconds)
         took = time.monotonic() - begun
-        cores, rate = (served.cpu_s() - before) / took, (_texts[0] - texts) / took / ROBOTS / BROWSERS
-        for browser in browsers:
-            browser.close()
+        cores, rate = (served.cpu_s() - before) / took, (texts.value - seen) / took / ROBOTS / BROWSERS
     print(f"{ROBOTS} robots to {BROWSERS} browsers: each gets {rate:.1f} states of each robot a second; "
           f"the panel uses {cores:.2f} of a core")
     return cores < MOST_CORES
