@@ -178,7 +178,7 @@ void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
 void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted) const {
   access_.check(task);
   Snapshot now{};
-  if (!task.segment().snapshot.load(now) || now.incarnation != task.incarnation)
+  if (!last_snapshot(task.segment(), now) || now.incarnation != task.incarnation)
     throw not_ready("the real-time task has not reported the position of the arm yet; call again");
   const std::size_t pending = tickets_.pending();
   if (pending > 0 || !is_idle(now)) {
@@ -344,7 +344,7 @@ std::uint64_t MotionQueue::request_cancel(const LivingTask& task, const TicketTa
   Snapshot now{};
   // A servant that was killed during the store leaves the cell torn. The task's echo then gives the count.
   if (!task.own().control.cancel.load(last)) last.count = 0;
-  if (task.segment().snapshot.load(now)) last.count = std::max(last.count, now.cancels_done);
+  if (last_snapshot(task.segment(), now)) last.count = std::max(last.count, now.cancels_done);
   task.own().control.cancel.store({last.count + 1, range.first, range.last});
   return last.count + 1;
 }

@@ -58,7 +58,7 @@ void TaskAccess::await(const LivingTask& task, double seconds, const std::string
 void TaskAccess::await_seen(const LivingTask& task, double seconds, const std::string& what,
                             const Wanted& wanted) const {
   Snapshot before{};
-  if (!task.segment().snapshot.load(before)) return;
+  if (!last_snapshot(task.segment(), before)) return;
   // The cycle after `before` may have read the flags before they were written; the cycle after that reads
   // them as written.
   const auto is_later = [&](const Snapshot& now) {

@@ -62,7 +62,7 @@ void TaskWatch::look() {
   const auto channel = link_.channel();
   Snapshot now{};
   // A task before its first cycle is still approaching its device.
-  if (!link_.alive() || !channel || !channel->task().snapshot.load(now) ||
+  if (!link_.alive() || !channel || !last_snapshot(channel->task(), now) ||
       now.incarnation != channel->task().incarnation) {
     progress_.reset();
   } else {

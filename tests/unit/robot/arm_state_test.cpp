@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One reading of everything: all of it of one snapshot.
+#include <gmock/gmock.h>
+
 #include <atomic>
 #include <cmath>
 #include <thread>
@@ -9,6 +11,8 @@
 
 namespace corbot::test::arm_state_test {
 namespace {
+
+using ::testing::HasSubstr;
 
 class ArmState : public TaskTest {
  protected:
@@ -114,6 +118,34 @@ TEST_F(ArmState, AMotionThatNobodyHasATicketOfIsShownByItsCommand) {
   EXPECT_EQ(now.motion.id, 77u);
   EXPECT_NEAR(now.motion.progress, 0.25, 1e-12);
   EXPECT_EQ(now.status, CORBOT_STATE_WAITING);
+}
+
+TEST_F(ArmState, ATaskThatStandsInsideItsStoreLeavesThePositionOfTheCycleBefore) {
+  task_->stand_inside_store();
+  JointRanges narrow;
+  for (std::size_t i = 0; i < profile_.arm.dof; ++i) {
+    narrow.lower_q[i] = to_degrees(profile_.arm.joints[i].lower_q);
+    narrow.upper_q[i] = to_degrees(profile_.arm.joints[i].upper_q);
+  }
+  narrow.lower_q[0] = 10.0;
+  try {
+    robot_->set_soft_limits(narrow);
+    FAIL() << "joint 0 stands at 0";
+  } catch (const CallError& refused) {
+    EXPECT_THAT(refused.error.text, HasSubstr("joint 0 stands at 0 degrees, outside the wanted limits"));
+  }
+}
+
+TEST_F(ArmState, ATaskThatStandsInsideItsStoreIsFrozen) {
+  robot_.reset();
+  Profile watched = profile_;
+  watched.frozen_ns = 200'000'000;
+  robot_ = std::make_unique<Robot>(watched, name_);
+  ASSERT_TRUE(wait_until(within(30), [&] { return robot_->view().state() == CORBOT_STATE_STANDBY; }));
+  task_->stand_inside_store();
+  EXPECT_TRUE(wait_until(within(30), [&] {
+    return try_accept(ReadyRequest{}).text.find("does not respond") != std::string::npos;
+  })) << try_accept(ReadyRequest{}).text;
 }
 
 }  // namespace

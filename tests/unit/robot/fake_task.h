@@ -78,6 +78,12 @@ class FakeTask {
     });
   }
 
+  /// Stands still from now on, inside the store of its snapshot: as where another process has the processor.
+  void stand_inside_store() {
+    stop_running();
+    // The cell begins with its sequence, which is odd during a store.
+    reinterpret_cast<std::atomic<std::uint64_t>&>(end_->task->snapshot) |= 1;
+  }
   /// Changes the snapshot and publishes it.
   template <class Change>
   void change(Change&& how) {
