@@ -18,7 +18,9 @@ namespace {
 std::optional<PlanRefusal> check_apart(const char* first, const char* second, double distance_m) {
   if (distance_m > kCoincident_m) return std::nullopt;
   return bad_parameter(second, Quantity::kLength, distance_m, kCoincident_m, kFarthestCoordinate_m,
-                       fmt::format("{} and {} are {:.6g} m apart: no circle", first, second, distance_m));
+                       fmt::format("{} and {} are {:.6g} m apart, and a circle needs more than {:g} m: "
+                                   "give three points that lie apart",
+                                   first, second, distance_m, kCoincident_m));
 }
 
 }  // namespace
@@ -39,7 +41,8 @@ std::variant<ArcMotion, PlanRefusal> arc_through(const std::array<double, 3>& p1
   if (!(flatness > kCollinear)) {
     return bad_parameter(
         "P2", Quantity::kNumber, flatness, kCollinear, 1.0,
-        fmt::format("P1, P2 and P3 lie on a line (flatness {:.3g}, least {:.3g})", flatness, kCollinear));
+        fmt::format("P1, P2 and P3 lie on a line (flatness {:.3g}, least {:.3g}): give a P2 beside that line",
+                    flatness, kCollinear));
   }
   const Vector3d to_centre =
       (normal.cross(a) * b.squaredNorm() + b.cross(normal) * a.squaredNorm()) / (2.0 * normal.squaredNorm());

@@ -27,7 +27,7 @@ std::optional<PlanRefusal> check_frame(const Pose& frame, double farthest_m, con
   if (std::abs(length - 1.0) <= kUnitLength) return std::nullopt;
   return bad_parameter(
       name, Quantity::kNumber, length, 1.0 - kUnitLength, 1.0 + kUnitLength,
-      fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLength));
+      fmt::format("the quaternion has length {:.9g}, allowed 1 within {:.0e}", length, kUnitLength));
 }
 
 /// Returns the largest determinant of the tool centre point's velocities by the first three joints, over a

@@ -52,7 +52,7 @@ std::optional<PlanRefusal> check_pose(const Pose& pose) {
   if (std::abs(length - 1.0) <= kUnitLengthTolerance) return std::nullopt;
   return bad_parameter(
       "target", Quantity::kNumber, length, 1.0 - kUnitLengthTolerance, 1.0 + kUnitLengthTolerance,
-      fmt::format("a quaternion of length {:.9g}, allowed 1 within {:.0e}", length, kUnitLengthTolerance));
+      fmt::format("the quaternion has length {:.9g}, allowed 1 within {:.0e}", length, kUnitLengthTolerance));
 }
 
 }  // namespace

@@ -73,14 +73,16 @@ TEST_F(Device, DoctorAsksARobotThatIsUpAndTheDeviceWhenItIsDown) {
   if (HasFatalFailure()) return;
   EXPECT_THAT(corbot({"doctor", profile}).output,
               AllOf(HasSubstr("'" + name_ + "' is up at 127.0.0.1:" + std::to_string(port_)),
-                    HasSubstr("the robot is up and says: ssc32, open"), Not(HasSubstr("SSC32-V2.50USB")),
-                    Not(HasSubstr("another program has it open"))));
+                    HasSubstr("the robot is up, and its device is as follows: ssc32, open"),
+                    Not(HasSubstr("SSC32-V2.50USB")), Not(HasSubstr("another program has it open"))));
   emulator.send("silent on");
   ASSERT_TRUE(wait_state("Error"));
   const auto sick = corbot({"doctor", profile});
   EXPECT_EQ(sick.code, 1);
-  EXPECT_THAT(sick.output, AllOf(HasSubstr("the robot is up and says: ssc32, lost: it does not answer"),
-                                 HasSubstr("alarm 121: the servo device is lost")));
+  EXPECT_THAT(
+      sick.output,
+      AllOf(HasSubstr("the robot is up, and its device is as follows: ssc32, lost: it does not answer"),
+            HasSubstr("alarm 121: the servo device is lost")));
   EXPECT_EQ(supervisor_->terminate(), 0) << supervisor_->errors();
   supervisor_.reset();
   EXPECT_THAT(corbot({"doctor", profile}).output, HasSubstr("no answer: is the controller powered"));

@@ -87,8 +87,8 @@ std::vector<Finding> examine_installation(const std::string& profile_file) {
   std::vector<Finding> findings;
   findings.push_back(program("corbot-rt", Level::kFail, "install corbot completely"));
   findings.push_back(program("corbot-servant", Level::kFail, "install corbot completely"));
-  findings.push_back(
-      program("omniNames", Level::kWarn, "only for 'corbot up --naming': apt install omniorb-nameserver"));
+  findings.push_back(program("omniNames", Level::kWarn,
+                             "only 'corbot up --naming' needs it: apt install omniorb-nameserver"));
   findings.push_back({Level::kOk, "ORB", fmt::format("omniORB {}", omniORB::versionString()), ""});
   if (profile_file.empty()) return findings;
   const auto profile = read_profile(profile_file, findings);

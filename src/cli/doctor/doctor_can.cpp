@@ -96,7 +96,7 @@ bool examine_link(const std::string& what, const SocketCanOptions& options, cons
   if (link->bit_rate && !rt::sync_period_ns(drives, profile.arm.period_ns, *link->bit_rate)) {
     findings.push_back(
         device_failure(fmt::format("{}: {} bit/s cannot carry {} drives", what, *link->bit_rate, drives),
-                       "a faster bus: docs/wiring/socketcan.md"));
+                       "use a faster bus: docs/wiring/socketcan.md"));
   }
   return link->state != rt::CanBusState::kBusOff;
 }
@@ -156,9 +156,9 @@ void examine_node(const std::string& what, const Node& drive, rt::SdoClient node
                                       "release STO, switch the power supply on; a drive that switches it by "
                                       "itself shows this until it is enabled"));
   } else if (state == rt::DriveState::kOperationEnabled) {
-    findings.push_back(
-        device_warning(text + ": it holds the arm",
-                       "nothing, where at_end = \"hold\" left it so; else see what enabled it"));
+    findings.push_back(device_warning(
+        text + ": it holds the arm",
+        "at_end = \"hold\" leaves it so; if the profile has another at_end, find out what enabled it"));
   } else {
     findings.push_back(device_ok(text));
   }
@@ -219,7 +219,7 @@ void examine_can(const Profile& profile, Findings& findings) {
     findings.push_back(device_failure(fmt::format("backend socketcan: {}", error.what()),
                                       options.interface.starts_with(kUnix)
                                           ? "start the drives' side: corbot-sim cia402"
-                                          : "see the line above"));
+                                          : "mend the fault of the line above first"));
     return;
   }
   for (const Node& node : nodes) {

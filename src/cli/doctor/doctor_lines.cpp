@@ -72,7 +72,8 @@ void examine_stop(const rt::GpioRequest& request, const DeviceAccess& access, bo
   const std::string text = fmt::format("{}: line {}", lines.what, request.lines[0]);
   if (*level) {
     findings.push_back(device_warning(
-        text + " is pressed", "release it; with a released button, see emergency_stop.active and bias"));
+        text + " is pressed",
+        "release the emergency stop; if the button is released, correct emergency_stop.active or bias"));
   } else {
     findings.push_back(device_ok(text + " is not pressed"));
   }
@@ -126,8 +127,8 @@ void examine_lines(const Profile& profile, const DeviceAccess& access, bool is_u
   }
   if (settings.watchdog) {
     examine_output({"watchdog", "watchdog", settings.watchdog->chip}, *settings.watchdog,
-                   "nothing for a charge pump, which needs edges; else correct watchdog.active", access,
-                   is_up, findings);
+                   "a charge pump needs no change, because it takes edges; else correct watchdog.active",
+                   access, is_up, findings);
   }
 }
 

@@ -24,7 +24,8 @@ Address address_of(const Profile& profile, const std::string& robot) {
 }
 
 Finding device(const Corbot::DeviceInfo& info) {
-  const std::string text = fmt::format("the robot is up and says: {}", client::describe(info));
+  const std::string text =
+      fmt::format("the robot is up, and its device is as follows: {}", client::describe(info));
   switch (info.health) {
     case Corbot::DeviceOpen:
       return info.emergencyStop ? device_warning(text, "release the emergency stop, then 'corbot clear'")

@@ -154,8 +154,9 @@ void examine_ssc32(const Profile& profile, const DeviceAccess& access, Findings&
     if (state == rt::StopInputLevel::kUnheard)
       throw rt::DeviceError(DeviceCause::kNoAnswer, "does not answer");
     if (state == rt::StopInputLevel::kPressed) {
-      findings.push_back(device_warning(input + " is pressed",
-                                        "release it; with a released button, see backend.ssc32.stop_active"));
+      findings.push_back(device_warning(
+          input + " is pressed",
+          "release the emergency stop; if the button is released, correct backend.ssc32.stop_active"));
     } else {
       findings.push_back(device_ok(input + " is not pressed"));
     }

@@ -62,7 +62,9 @@ class Geometry {
       knots_ = {end->knot, end->next};
       knots_.back().lambda_s = end->length_s;
     } else {
-      return refused(0.0, "from where this arm cannot follow a line or an arc, being at a singularity");
+      return refused(0.0,
+                     "from where this arm follows no line and no arc: the arm is at a singularity, so move "
+                     "its joints first");
     }
     std::optional<End> last;
     if (const std::optional<Joints> q = arm_.has_closed_form() ? joints(1.0, start_q_) : std::nullopt;

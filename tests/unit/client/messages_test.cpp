@@ -35,8 +35,8 @@ TEST(Message, BadParameterNamesValueAndReason) {
 }
 
 TEST(Message, AReasonThatNamesItsParameterHasNoValueBeforeIt) {
-  EXPECT_STREQ(failure_of(Corbot::BadParameter("P2", 0, "P1 and P2 are 0 m apart: no circle")).what(),
-               "refused: P1 and P2 are 0 m apart: no circle; this command moved nothing");
+  EXPECT_STREQ(failure_of(Corbot::BadParameter("P2", 0, "P1 and P2 are 0 m apart")).what(),
+               "refused: P1 and P2 are 0 m apart; this command moved nothing");
   EXPECT_THAT(failure_of(Corbot::BadParameter("P", 7, "P2 or Pz")).what(), HasSubstr("P = 7: P2 or Pz;"));
 }
 

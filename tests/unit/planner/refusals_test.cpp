@@ -253,7 +253,7 @@ TEST(PlanRefusals, OfAnArmWithoutAClosedFormSayHowFarItCanBeFollowed) {
   expect_refused(planner.move_s(kBent, {}, {-here[0], -here[1], here[2]}, 0.0), Kind::kUnreachable, "P",
                  "singularity");
   // Stretched, as lynx5 is where all joints are zero.
-  expect_refused(planner.move_s({}, {}, kGood, 0.0), Kind::kUnreachable, "P", "being at a singularity");
+  expect_refused(planner.move_s({}, {}, kGood, 0.0), Kind::kUnreachable, "P", "at a singularity");
   ArmModel two = arm;
   JointChain chain = arm.kinematics.chain();
   two.dof = chain.count = 2;
