@@ -42,6 +42,11 @@ MotionResults add_to_file(const std::filesystem::path& file, std::uint64_t seed,
   return sum;
 }
 
+MotionResults& run_results() {
+  static MotionResults results;
+  return results;
+}
+
 std::string to_string(const MotionResults& results) {
   std::vector<std::string> counts;
   std::vector<std::string> worst;

@@ -23,6 +23,9 @@ struct MotionResults {
 MotionResults add_to_file(const std::filesystem::path& file, std::uint64_t seed,
                           const MotionResults& results);
 
+/// The results of all cases of this run.
+MotionResults& run_results();
+
 /// "arcs 12, lines 30, ...; worst: joint_speed 1.0000001, ..."
 std::string to_string(const MotionResults& results);
 

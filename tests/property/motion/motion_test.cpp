@@ -61,27 +61,24 @@ std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
 }
 
-/// The results of all cases of this run.
-MotionResults run_results;
-
 const char* results_file() { return std::getenv("CORBOT_MOTION_RESULTS"); }
 
 class ResultsFile : public ::testing::Environment {
  public:
   void TearDown() override {
     const char* file = results_file();
-    if (file == nullptr || run_results.counts.empty()) return;
+    if (file == nullptr || run_results().counts.empty()) return;
     const std::uint64_t seed = environment("CORBOT_SEED", kDefaultSeed);
     const int breaches = ::testing::UnitTest::GetInstance()->failed_test_count();
-    run_results.counts["batches"] = 1;
-    run_results.counts["breaches"] = static_cast<std::uint64_t>(breaches);
+    run_results().counts["batches"] = 1;
+    run_results().counts["breaches"] = static_cast<std::uint64_t>(breaches);
     if (breaches > 0) {
       fmt::print(
           "FAILED: seed {}; repeat: CORBOT_SEED={} CORBOT_MOTIONS={} build/release/tests/test_motion "
-          "--gtest_filter='Random/Motions.*'\n",
+          "--gtest_filter='Random/*Motions.*'\n",
           seed, seed, environment("CORBOT_MOTIONS", kDefaultMotions));
     }
-    fmt::print("{} in all: {}\n", file, to_string(add_to_file(file, seed, run_results)));
+    fmt::print("{} in all: {}\n", file, to_string(add_to_file(file, seed, run_results())));
   }
 };
 [[maybe_unused]] const auto* const adds_results = ::testing::AddGlobalTestEnvironment(new ResultsFile);
@@ -269,7 +266,7 @@ bool Motions::check_stop(const Command& command, int ticks) {
   if (scale_s > 0.0) stop_share_ = std::max(stop_share_, taken_s / scale_s);
   // Two cycles: one to see the request, one to report.
   const double bound_s = is_path(command) ? longest_rate_stop_s_ : scale_s * rt::Governor::kStopBound;
-  run_results.see("stop_of_bound", taken_s / (bound_s + 3e-3));
+  run_results().see("stop_of_bound", taken_s / (bound_s + 3e-3));
   if (taken_s <= bound_s + 3e-3) return true;
   error_ = fmt::format("stop took {} s, {} times v/a + a/j", taken_s, taken_s / scale_s);
   return false;
@@ -279,7 +276,7 @@ bool Motions::check_end(const Command& command) {
   for (std::size_t i = 0; i < rig_.arm.dof; ++i) {
     const double miss = rig_.snapshot.position_q[i] - command.end_q[i];
     const bool by_joint = command.kind == MotionKind::kJoint;
-    if (by_joint) run_results.see("end_off_q", std::abs(miss));
+    if (by_joint) run_results().see("end_off_q", std::abs(miss));
     if (by_joint && !(std::abs(miss) <= 1e-9)) {
       error_ = fmt::format("joint {} ends {} off", i, miss);
       return false;
@@ -291,7 +288,7 @@ bool Motions::check_end(const Command& command) {
       command.kind == MotionKind::kLine ? point_at(command.line, 1.0) : point_at(command.arc, 1.0);
   const double miss_m =
       std::hypot(end[0] - target.position_m[0], end[1] - target.position_m[1], end[2] - target.position_m[2]);
-  run_results.see("end_off_m", miss_m);
+  run_results().see("end_off_m", miss_m);
   if (miss_m <= 1e-9) return true;
   error_ = fmt::format("TCP ends {} m off", miss_m);
   return false;
@@ -321,7 +318,7 @@ void Motions::count(const Command& command, const Watcher& watcher) {
   raise(path_, watcher.path);
   raise(rotation_, watcher.rotation);
   deviation_m_ = std::max(deviation_m_, watcher.deviation_m);
-  auto& counts = run_results.counts;
+  auto& counts = run_results().counts;
   ++counts["motions"];
   ++counts["of_" + GetParam().arm];
   ++counts[command.kind == MotionKind::kJoint  ? "joint_motions"
@@ -346,17 +343,17 @@ void Motions::report() const {
     for (const auto& [what, share] :
          {std::pair("_speed", shares.speed), std::pair("_acceleration", shares.acceleration),
           std::pair("_jerk", shares.jerk)}) {
-      run_results.see(of + what, share);
+      run_results().see(of + what, share);
       EXPECT_LE(share, kMostShare) << of << what;
     }
   };
   see("joint", joint_);
   see("tool", path_);
   see("tool_rotation", rotation_);
-  run_results.see("off_path_m", deviation_m_);
-  run_results.see("stop_of_shortest", judge_.greatest_share);
-  run_results.counts["ticks"] += ticks_;
-  run_results.counts["stopped"] += static_cast<std::uint64_t>(stopped_);
+  run_results().see("off_path_m", deviation_m_);
+  run_results().see("stop_of_shortest", judge_.greatest_share);
+  run_results().counts["ticks"] += ticks_;
+  run_results().counts["stopped"] += static_cast<std::uint64_t>(stopped_);
 }
 
 bool Motions::run(const Command& command, Interruption interruption) {
@@ -431,7 +428,8 @@ void Motions::one_motion(Kind kind) {
     const PlanResult planned = plan(attempt % 8 == 7 ? Kind::kJoint : kind);
     if (const auto* refusal = std::get_if<PlanRefusal>(&planned)) {
       // A refusal for too many knots says more of the planner than of the arm.
-      run_results.counts["paths_without_knots"] += refusal->text.find(" knots") != std::string::npos ? 1 : 0;
+      run_results().counts["paths_without_knots"] +=
+          refusal->text.find(" knots") != std::string::npos ? 1 : 0;
       continue;
     }
     const std::vector<Command> commands = rig_.with_knots(planned);
