@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "../../support/arm_motions.h"
+#include "../../support/bench_workspace.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "rt/rig.h"
 
@@ -46,9 +47,9 @@ PlanResult arc_motion(const Rig& rig, bool out) {
 }
 
 /// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests;
-/// only cycles in motion count.
+/// only cycles in motion count. Sets `median_us`, if there is one.
 bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps,
-             const ArmModel& arm = lynx5(), const Joints& there_q = kThere) {
+             const ArmModel& arm = lynx5(), const Joints& there_q = kThere, double* median_us = nullptr) {
   Rig rig(arm);
   rig.step();
   if (next) {
@@ -89,6 +90,7 @@ bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>
   const auto at = [&](double share) { return times_us[static_cast<std::size_t>(share * (kCycles - 1))]; };
   fmt::print("{:<22} median {:6.3f}  p90 {:6.3f}  p99 {:6.3f}  p99.9 {:7.3f}  max {:8.3f} us\n", name,
              at(0.5), at(0.9), at(0.99), at(0.999), at(1.0));
+  if (median_us != nullptr) *median_us = at(0.5);
   return ramps != Ramps::kNone || at(0.5) < kMedianBound_us;
 }
 
@@ -107,6 +109,17 @@ bool measure_line(const std::string& name) {
   return measure(("line, " + name).c_str(), next, Ramps::kNone, arm, motions.there_q);
 }
 
+/// The joint motion without a workspace, and among a floor and four boxes beyond its reach.
+bool measure_workspace() {
+  double free_us = 0.0, checked_us = 0.0;
+  bool good = measure("joint motion alone", joint_motion, Ramps::kNone, lynx5(), kThere, &free_us);
+  good = measure("floor and four boxes", joint_motion, Ramps::kNone, among_posts(lynx5(), 1.5), kThere,
+                 &checked_us) &&
+         good;
+  fmt::print("the check of the workspace takes a cycle {:.2f} times as long\n", checked_us / free_us);
+  return good;
+}
+
 }  // namespace
 }  // namespace corbot::test
 
@@ -119,6 +132,7 @@ int main() {
   for (const char* arm :
        {"puma560", "irb2400", "ur5e", "xarm6", "stanford", "al5d_wr", "scara_gx4", "cartesian_pppr"})
     good = measure_line(arm) && good;
+  good = measure_workspace() && good;
   (void)measure("joints, ramp search", joint_motion, Ramps::kOverride);
   (void)measure("line, ramp search", line_motion, Ramps::kOverride);
   (void)measure("joints, stops", joint_motion, Ramps::kStops);

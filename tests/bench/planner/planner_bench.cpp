@@ -5,6 +5,7 @@
 #include <random>
 #include <string>
 
+#include "bench_workspace.h"
 #include "planner/planner.h"
 #include "planner/rate/rate_planner.h"
 #include "planner/time_law_planner.h"
@@ -87,6 +88,39 @@ bool bench_rates(std::mt19937_64& random, const std::string& name, double most_n
   return check(("line at the limits, " + name + ", median in ns").c_str(), planned.median_ns, "<", most_ns);
 }
 
+/// Joint motions from anywhere to anywhere, among a floor and four posts near the arm and without these,
+/// alternating.
+bool bench_workspace(std::mt19937_64& random, const std::string& name) {
+  const ArmModel arm = corbot::test::arm_of(name), kept = corbot::test::among_posts(arm, 0.6);
+  const Planner planners[2] = {Planner(arm), Planner(kept)};
+  std::uniform_real_distribution<double> part(0.0, 1.0);
+  std::vector<double> spent_ns[2], refused_ns;
+  while (spent_ns[1].size() < 5'000) {
+    PlanStart start;
+    Joints target{};
+    for (std::size_t i = 0; i < arm.dof; ++i) {
+      start.position_q[i] = std::lerp(arm.joints[i].lower_q, arm.joints[i].upper_q, part(random));
+      target[i] = std::lerp(arm.joints[i].lower_q, arm.joints[i].upper_q, part(random));
+    }
+    double ns[2]{};
+    bool planned = false;
+    for (std::size_t k = 0; k < 2; ++k) {
+      ns[k] = time_round(1, [&](std::size_t) {
+        planned =
+            std::holds_alternative<std::vector<Command>>(planners[k].move_joints(start, {}, target, 0.0));
+      });
+    }
+    if (!planned) refused_ns.push_back(ns[1]);
+    for (std::size_t k = 0; k < 2 && planned; ++k) spent_ns[k].push_back(ns[k]);
+  }
+  const Quantiles free = quantiles(spent_ns[0]), proved = quantiles(spent_ns[1]);
+  print((name + ", joint motion alone").c_str(), free);
+  print((name + ", a floor and four boxes").c_str(), proved);
+  print((name + ", refused by these").c_str(), quantiles(refused_ns));
+  std::printf("%s: %.1f times the motion alone\n", name.c_str(), proved.median_ns / free.median_ns);
+  return check((name + ", a floor and four boxes, median in ns").c_str(), proved.median_ns, "<", 1e5);
+}
+
 }  // namespace
 
 int main() {
@@ -149,5 +183,6 @@ int main() {
   good &= bench_lines(random);
   good &= bench_rates(random, "lynx5", 1e6);
   good &= bench_rates(random, "puma560", 3e6);
+  for (const char* name : {"lynx5", "puma560", "scara_gx4"}) good &= bench_workspace(random, name);
   return good ? 0 : 1;
 }
