@@ -22,6 +22,7 @@ class WorkspaceCheck {
   [[nodiscard]] SetPointVerdict see(const ArmModel& arm, const Joints& next_q) const noexcept;
 
  private:
+  ArmPoints points_{};
   ArmParts parts_{};
   std::array<std::array<double, kArmParts>, WorkspaceLimits::kMostShapes> least_m_{};  ///< allowed
 };

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -14,21 +15,64 @@ namespace {
 
 constexpr Bounds kPlace{-100, 100, false, "m"};
 constexpr const char* kFloorName = "floor";
-constexpr std::uint32_t kAllParts = (1u << kArmParts) - 1;
+constexpr Bounds kRadius{0.001, 10, false, "m"};
+constexpr const char* kLinks = "links";
+constexpr std::uint32_t kAllPoints = (1u << kFirstLink) - 1;
 
-/// Reads `parts`; without it a shape holds for all parts of the arm.
+/// Returns the arm's links as a set of parts.
+std::uint32_t links_of(const ArmModel& arm) {
+  const ArmParts known = parts_of(points_of(arm.kinematics.chain()));
+  std::uint32_t links = 0;
+  for (std::size_t part = kFirstLink; part < kArmParts; ++part)
+    if (known[part].exists) links |= bit_of(part);
+  return links;
+}
+
+/// Reads a radius for each link that the arm has.
+void read_radii(Section& section, ArmModel& arm) {
+  constexpr const char* kKey = "link_radius_m";
+  if (!section.has(kKey) || arm.kinematics.joint_count() == 0) return section.skip(kKey);
+  const std::uint32_t links = links_of(arm);
+  if (links == 0) {
+    section.skip(kKey);
+    return section.refuse(kKey, "must be left out: this arm has no links");
+  }
+  const auto radii_m = section.numbers(kKey, static_cast<std::size_t>(std::popcount(links)), kRadius);
+  if (!radii_m) return;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < kArmLinks; ++k)
+    if ((links & bit_of(kFirstLink + k)) != 0) arm.workspace.link_radius_m[k] = (*radii_m)[next++];
+}
+
+/// Returns the links for a shape. Without their radii it holds for none.
+std::uint32_t read_links(Section& section, const ArmModel& arm) {
+  const auto& radii_m = arm.workspace.link_radius_m;
+  if (std::any_of(radii_m.begin(), radii_m.end(), [](double each_m) { return each_m > 0.0; }))
+    return links_of(arm);
+  if (arm.kinematics.joint_count() > 0)
+    section.refuse("parts", "names the links, so link_radius_m must give a radius for each of them");
+  return 0;
+}
+
+/// Reads `parts`; without it a shape holds for all points of the arm.
 std::uint32_t read_parts(Section& section, const ArmModel& arm) {
   if (!section.has("parts")) {
     section.skip("parts");
-    return kAllParts;
+    return kAllPoints;
   }
-  const ArmParts known = parts_of(arm.kinematics.chain());
+  const ArmPoints known = points_of(arm.kinematics.chain());
   std::uint32_t parts = 0;
-  for (const std::string& name : section.texts("parts", kArmParts).value_or(std::vector<std::string>{})) {
-    const auto found = std::find(kPartNames.begin(), kPartNames.end(), name);
+  for (const std::string& name :
+       section.texts("parts", kFirstLink + 1).value_or(std::vector<std::string>{})) {
+    if (name == kLinks) {
+      parts |= read_links(section, arm);
+      continue;
+    }
+    const auto end = kPartNames.begin() + kFirstLink;
+    const auto found = std::find(kPartNames.begin(), end, name);
     const auto part = static_cast<std::size_t>(found - kPartNames.begin());
-    if (found == kPartNames.end())
-      section.refuse("parts", "must be of \"tool\", \"wrist\" and \"elbow\"");
+    if (found == end)
+      section.refuse("parts", "must be of \"tool\", \"wrist\", \"elbow\" and \"links\"");
     else if (!known[part].exists && arm.kinematics.joint_count() > 0)
       section.refuse("parts", fmt::format("names the {}, which this arm does not have: leave it out", name));
     else
@@ -99,6 +143,7 @@ void read_box(Section section, ArmModel& arm) {
 
 void read_workspace(Section section, ArmModel& arm) {
   constexpr std::uint32_t kHand = bit_of(0) | bit_of(1);  // tool and wrist
+  read_radii(section, arm);
   if (section.has("floor_m")) {
     if (const auto height_m = section.number("floor_m", kPlace))
       add_shape(section, "floor_m", kFloorName, plane_shape({{0.0, 0.0, 1.0}, *height_m}, kHand),

@@ -104,21 +104,23 @@ struct Guard {
   double least_m{};  ///< the least clearance: 0, or that of the start if it is less
 };
 
-/// Velocity of a part in the middle of a stretch, and half of h² times the bound of its acceleration.
+/// Velocity of a point in the middle of a stretch, and half of h² times the bound of its acceleration.
 struct PartTravel {
   Vector3 velocity{};
   double bend_m{};
 };
 
+using Travels = std::array<PartTravel, kArmPoints>;
+
 /// |d²p/dq_i dq_j| is at most the greatest |dp/dq_j| on the stretch, i <= j, as the joint nearer to the base
 /// turns the other's lever. That lever is longer than in the middle by what the joints beyond j add.
-PartTravel travel_of(const PartState& part, const Stretch& stretch, std::size_t joints) noexcept {
+PartTravel travel_of(const PartState& point, const Stretch& stretch, std::size_t joints) noexcept {
   PartTravel travel;
   Joints lever{};
   double stray_m = 0.0;
   for (std::size_t j = joints; j-- > 0;) {
-    travel.velocity = travel.velocity + stretch.rate[j] * part.per_q[j];
-    lever[j] = norm(part.per_q[j]) + stray_m;
+    travel.velocity = travel.velocity + stretch.rate[j] * point.per_q[j];
+    lever[j] = norm(point.per_q[j]) + stray_m;
     stray_m += lever[j] * stretch.rate_bound[j] * stretch.half;
   }
   double bend = 0.0, inner = 0.0;
@@ -148,12 +150,15 @@ struct DeepPoint {
 class WorkspaceProof {
  public:
   WorkspaceProof(const ArmModel& model, const Joints& start_q)
-      : limits_(model.workspace), chain_(model.kinematics.chain()), parts_(parts_of(chain_)) {
-    const auto states = part_states(chain_, parts_, start_q);
+      : limits_(model.workspace),
+        chain_(model.kinematics.chain()),
+        points_(points_of(chain_)),
+        parts_(parts_of(points_)) {
+    const auto states = part_states(chain_, points_, start_q);
     for (std::size_t shape = 0; shape < limits_.count; ++shape) {
       for (std::size_t part = 0; part < kArmParts; ++part) {
         if (!parts_[part].exists || (limits_.shapes[shape].parts & bit_of(part)) == 0) continue;
-        const double start_m = clearance_m(limits_.shapes[shape], states[part].position_m);
+        const double start_m = clearance_m(limits_, shape, part, parts_[part], states);
         guards_[count_++] = {shape, part, start_m < -0.5 * kWorkspaceTolerance_m ? start_m : 0.0};
       }
     }
@@ -184,33 +189,49 @@ class WorkspaceProof {
  private:
   /// Sets `of` to the guard that is not proved.
   [[nodiscard]] Verdict judge(const Stretch& stretch, const Guard*& of) const noexcept {
-    const auto states = part_states(chain_, parts_, stretch.middle_q);
-    std::array<PartTravel, kArmParts> travels;
-    for (std::size_t k = 0; k < kArmParts; ++k) travels[k] = travel_of(states[k], stretch, parts_[k].joints);
+    const auto states = part_states(chain_, points_, stretch.middle_q);
+    Travels travels;
+    for (std::size_t k = 0; k < kArmPoints; ++k)
+      travels[k] = travel_of(states[k], stretch, points_[k].joints);
     for (std::size_t k = 0; k < count_; ++k) {
       const Guard& guard = guards_[k];
-      const WorkspaceShape& shape = limits_.shapes[guard.shape];
-      const Vector3& point_m = states[guard.part].position_m;
-      if (clearance_m(shape, point_m) < guard.least_m - 0.5 * kWorkspaceTolerance_m) {
+      const double here_m = clearance_of(guard, states);
+      if (here_m < guard.least_m - 0.5 * kWorkspaceTolerance_m) {
         of = &guard;
         return Verdict::kRefuted;
       }
-      if (of == nullptr && !is_proved(shape, point_m, travels[guard.part], stretch.half, guard.least_m))
-        of = &guard;
+      if (of == nullptr && !is_proved(guard, here_m, states, travels, stretch.half)) of = &guard;
     }
     return of == nullptr ? Verdict::kProved : Verdict::kOpen;
   }
 
-  [[nodiscard]] static bool is_proved(const WorkspaceShape& shape, const Vector3& point_m,
-                                      const PartTravel& travel, double half, double least_m) noexcept {
+  [[nodiscard]] double clearance_of(const Guard& guard, const ArmStates& states) const noexcept {
+    return clearance_m(limits_, guard.shape, guard.part, parts_[guard.part], states);
+  }
+
+  /// A link is on the allowed side of a face if both ends are, less its radius. A link that passes an edge of
+  /// a box is beyond no face alone. No point of it moves farther than the end that moves farthest.
+  [[nodiscard]] bool is_proved(const Guard& guard, double here_m, const ArmStates& states,
+                               const Travels& travels, double half) const noexcept {
+    const WorkspaceShape& shape = limits_.shapes[guard.shape];
+    const PartEnds& part = parts_[guard.part];
+    const double least_m = guard.least_m - kWorkspaceTolerance_m;
+    const double axis_m = least_m + radius_m(limits_, guard.part);
+    const auto keeps = [&](const HalfSpace& face, std::size_t point) {
+      const PartTravel& travel = travels[point];
+      return clearance_m(face, states[point].position_m) -
+                 std::abs(dot(face.normal, travel.velocity)) * half - travel.bend_m >=
+             axis_m;
+    };
+    const bool is_link = part.from != part.to;
     const auto holds = [&](const HalfSpace& face) {
-      return clearance_m(face, point_m) - std::abs(dot(face.normal, travel.velocity)) * half -
-                 travel.bend_m >=
-             least_m - kWorkspaceTolerance_m;
+      return keeps(face, part.from) && (!is_link || keeps(face, part.to));
     };
     const auto end = shape.faces.begin() + shape.face_count;
-    return shape.kind == ShapeKind::kOutside ? std::any_of(shape.faces.begin(), end, holds)
-                                             : std::all_of(shape.faces.begin(), end, holds);
+    if (shape.kind != ShapeKind::kOutside) return std::all_of(shape.faces.begin(), end, holds);
+    if (std::any_of(shape.faces.begin(), end, holds)) return true;
+    const auto way_m = [&](const PartTravel& travel) { return norm(travel.velocity) * half + travel.bend_m; };
+    return is_link && here_m - std::max(way_m(travels[part.from]), way_m(travels[part.to])) >= least_m;
   }
 
   /// Returns the deepest of many points of the motion, `at` among them.
@@ -219,11 +240,11 @@ class WorkspaceProof {
     DeepPoint found{std::numeric_limits<double>::infinity()};
     std::optional<Vector3> last_m;
     const auto look = [&](double x, double share) {
-      const auto states = part_states(chain_, parts_, curve.joints_at(x));
+      const auto states = part_states(chain_, points_, curve.joints_at(x));
       const Vector3& tool_m = states[0].position_m;
       if (last_m) found.travel_m += norm(tool_m - *last_m);
       last_m = tool_m;
-      const double here_m = clearance_m(limits_.shapes[guard.shape], states[guard.part].position_m);
+      const double here_m = clearance_of(guard, states);
       if (here_m >= found.clearance_m) return;
       found = {here_m, found.travel_m, found.travel_m, share, tool_m};
     };
@@ -271,6 +292,7 @@ class WorkspaceProof {
 
   const WorkspaceLimits& limits_;
   const JointChain& chain_;
+  ArmPoints points_;
   ArmParts parts_;
   std::array<Guard, WorkspaceLimits::kMostShapes * kArmParts> guards_{};
   std::size_t count_{};

@@ -14,7 +14,8 @@
 // A motion is cut into stretches. In a stretch a face's clearance c obeys
 //     c >= c(middle) - |c'(middle)|·h - C·h²/2,
 // with h the half length and C a bound of |c''|. C follows from bounds of the joints' first and second
-// derivatives, and from each part's lever arms. A stretch that is neither proved nor refuted is halved.
+// derivatives, and from each point's lever arms. A stretch that is neither proved nor refuted is halved.
+// For a link this holds at both ends. Beside the edge of a box, h·|p'(middle)| replaces the second term.
 
 namespace corbot {
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "corbot/kinematics/arm_parts.h"
 #include "corbot/kinematics/pose.h"
 
 // Where parts of an arm may be: floors, planes, boxes. Plain data. Real-time safe.
@@ -53,6 +54,44 @@ struct WorkspaceShape {
   return found_m;
 }
 
+/// Returns the least clearance of the points between two. From a box to stay out of, each point has the
+/// clearance of one face. Their greatest is convex along the way, so its least lies at an end or where a
+/// falling face meets a rising one.
+[[nodiscard]] inline double clearance_m(const WorkspaceShape& shape, const Vector3& from_m,
+                                        const Vector3& to_m) noexcept {
+  if (shape.kind != ShapeKind::kOutside)
+    return std::min(clearance_m(shape, from_m), clearance_m(shape, to_m));
+  struct Line {
+    double start_m, slope_m, here_m;  ///< of a face, along the way from 0 to 1
+  };
+  std::array<Line, WorkspaceShape::kMostFaces> lines{};
+  for (std::size_t i = 0; i < shape.face_count; ++i) {
+    const double start_m = clearance_m(shape.faces[i], from_m);
+    lines[i] = {start_m, clearance_m(shape.faces[i], to_m) - start_m, 0.0};
+  }
+  const auto top = [&](double at) {
+    Line found{0.0, 0.0, -std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < shape.face_count; ++i) {
+      const double here_m = lines[i].start_m + at * lines[i].slope_m;
+      if (here_m > found.here_m) found = {lines[i].start_m, lines[i].slope_m, here_m};
+    }
+    return found;
+  };
+  constexpr double kMeeting_m = 1e-12;
+  Line falling = top(0.0), rising = top(1.0);
+  if (falling.slope_m >= 0.0) return falling.here_m;
+  if (rising.slope_m <= 0.0) return rising.here_m;
+  double least_m = std::min(falling.here_m, rising.here_m);
+  for (std::size_t i = 0; i < WorkspaceShape::kMostFaces; ++i) {
+    const double at = (rising.start_m - falling.start_m) / (falling.slope_m - rising.slope_m);
+    const Line here = top(std::clamp(at, 0.0, 1.0));
+    least_m = std::min(least_m, here.here_m);
+    if (here.slope_m == 0.0 || here.here_m <= falling.start_m + at * falling.slope_m + kMeeting_m) break;
+    (here.slope_m < 0.0 ? falling : rising) = here;
+  }
+  return least_m;
+}
+
 /// A part may be beyond a shape by this much, and is refused from half of it on. In between the proof may
 /// decide either way.
 inline constexpr double kWorkspaceTolerance_m = 1e-6;
@@ -62,8 +101,21 @@ struct WorkspaceLimits {
   static constexpr std::size_t kMostShapes = 16;
   std::uint32_t count{};
   std::array<WorkspaceShape, kMostShapes> shapes{};
+  std::array<double, kArmLinks> link_radius_m{};  ///< around a link from end to end; 0: not known
 };
 static_assert(std::is_trivially_copyable_v<WorkspaceLimits>);
+
+[[nodiscard]] inline double radius_m(const WorkspaceLimits& limits, std::size_t part) noexcept {
+  return part < kFirstLink ? 0.0 : limits.link_radius_m[part - kFirstLink];
+}
+
+/// Returns the clearance of a part: of a link, that of its axis less its radius.
+[[nodiscard]] inline double clearance_m(const WorkspaceLimits& limits, std::size_t shape, std::size_t part,
+                                        const PartEnds& ends, const ArmStates& states) noexcept {
+  const Vector3& from_m = states[ends.from].position_m;
+  if (part < kFirstLink) return clearance_m(limits.shapes[shape], from_m);
+  return clearance_m(limits.shapes[shape], from_m, states[ends.to].position_m) - radius_m(limits, part);
+}
 
 /// Returns a plane whose allowed side is the one into which the unit vector points.
 [[nodiscard]] inline WorkspaceShape plane_shape(const HalfSpace& face, std::uint32_t parts) noexcept {

@@ -60,6 +60,7 @@ inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
       hash.add(shape.faces[i].offset_m);
     }
   }
+  for (const double radius_m : workspace.link_radius_m) hash.add(radius_m);
 }
 
 [[nodiscard]] inline std::uint64_t fingerprint(const ArmModel& model) noexcept {

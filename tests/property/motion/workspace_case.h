@@ -26,10 +26,19 @@ struct WorkspaceCase {
     const Vector3 v{in(-1, 1), in(-1, 1), in(-1, 1)};
     return (1.0 / (norm(v) + 1e-9)) * v;
   }
+  /// Gives the links random radii, and returns the last part that the arm has.
+  std::size_t radii(ArmModel& of) const {
+    for (double& radius_m : of.workspace.link_radius_m) radius_m = in(0.005, 0.08);
+    const ArmParts parts = parts_of(points_of(of.kinematics.chain()));
+    std::size_t last = 0;
+    for (std::size_t part = 0; part < kArmParts; ++part)
+      if (parts[part].exists) last = part;
+    return last;
+  }
   /// Places the shape near the tool at some joints, where it matters.
   WorkspaceShape shape() const {
     const Vector3 near_m = arm.kinematics.forward(joints()).position_m;
-    const auto parts = std::uniform_int_distribution<std::uint32_t>(1, 7)(random);
+    const auto parts = std::uniform_int_distribution<std::uint32_t>(1, 63)(random);
     const int kind = std::uniform_int_distribution<int>(0, 3)(random);
     if (kind == 0) return plane_shape({{0, 0, 1}, near_m[2] - in(0.0, 0.3)}, parts);
     if (kind == 1) {

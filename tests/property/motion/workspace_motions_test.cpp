@@ -52,11 +52,11 @@ Joints joints_at(const Command& command, const PlannedRate* rate, double share) 
 /// One shape, and one part of the arm that it holds for.
 class Guarded {
  public:
-  Guarded(const ArmModel& arm, const WorkspaceShape& shape, std::size_t part)
-      : arm_(arm), shape_(shape), part_(part) {}
+  Guarded(const ArmModel& arm, std::size_t shape, std::size_t part) : arm_(arm), shape_(shape), part_(part) {}
   [[nodiscard]] double clearance(const Joints& q) const {
     const JointChain& chain = arm_.kinematics.chain();
-    return clearance_m(shape_, part_states(chain, parts_of(chain), q)[part_].position_m);
+    return clearance_m(arm_.workspace, shape_, part_, parts_of(points_of(chain))[part_],
+                       part_states(chain, points_of(chain), q));
   }
   /// The least clearance of a command beyond that of its start: at many points, and near the least of them.
   [[nodiscard]] double least(const Command& command, const PlannedRate* rate) const {
@@ -77,17 +77,16 @@ class Guarded {
 
  private:
   const ArmModel& arm_;
-  const WorkspaceShape& shape_;
-  std::size_t part_;
+  std::size_t shape_, part_;
 };
 
 std::vector<Guarded> guards_of(const ArmModel& arm) {
-  const ArmParts parts = parts_of(arm.kinematics.chain());
+  const ArmParts parts = parts_of(points_of(arm.kinematics.chain()));
   std::vector<Guarded> guards;
   for (std::size_t k = 0; k < arm.workspace.count; ++k) {
-    const WorkspaceShape& shape = arm.workspace.shapes[k];
     for (std::size_t part = 0; part < kArmParts; ++part)
-      if (parts[part].exists && (shape.parts & bit_of(part)) != 0) guards.emplace_back(arm, shape, part);
+      if (parts[part].exists && (arm.workspace.shapes[k].parts & bit_of(part)) != 0)
+        guards.emplace_back(arm, k, part);
   }
   return guards;
 }
@@ -109,6 +108,7 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
     ArmModel arm = free_arm_;
     arm.period_ns = 4'000'000;
     arm.workspace.count = static_cast<std::uint32_t>(shapes);
+    (void)draw_.radii(arm);
     for (std::size_t k = 0; k < arm.workspace.count; ++k) arm.workspace.shapes[k] = draw_.shape();
     return arm;
   }
@@ -134,9 +134,12 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
     ArmModel arm = free_arm_;
     arm.workspace.count = 1;
     WorkspaceShape& plane = arm.workspace.shapes[0];
-    plane = plane_shape({draw_.unit(), -1e3}, bit_of(0));
+    // A tool, or the last link that the arm has.
+    std::size_t part = draw_.radii(arm);
+    if (draw_.in(0.0, 1.0) < 0.5) part = 0;
+    plane = plane_shape({draw_.unit(), -1e3}, bit_of(part));
     const PlannedRate* rate = free.rates.empty() ? nullptr : &free.rates[0];
-    plane.faces[0].offset_m += Guarded(arm, plane, 0).least(commands[0], rate) + draw_.in(-3e-6, 3e-6);
+    plane.faces[0].offset_m += Guarded(arm, 0, part).least(commands[0], rate) + draw_.in(-3e-6, 3e-6);
     return arm;
   }
   void judge(const ArmModel& arm, const PlanResult& free, const PlanResult& kept) {

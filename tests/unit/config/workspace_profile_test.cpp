@@ -76,7 +76,7 @@ TEST(WorkspaceProfile, RefusesWhatIsNoShape) {
   expect_fault(kPost + "to_m = [0.2, 0.2, 1]\nstay = \"off\"\n", "must be \"out\" or \"in\"");
   expect_fault(kPost + "to_m = [0.2, 0.2, 1]\n", "stay: is missing");
   expect_fault(kPost + "to_m = [0.2, 0.2, 1]\nstay = \"out\"\nparts = [\"hand\"]\n",
-               "\"wrist\" and \"elbow\"");
+               "\"elbow\" and \"links\"");
 }
 
 TEST(WorkspaceProfile, RefusesANameTwiceAndAShapeTooMany) {
@@ -106,15 +106,34 @@ TEST(WorkspaceProfile, RefusesAPartThatTheArmDoesNotHave) {
   EXPECT_EQ(with(plane, "cartesian_ppp").arm.workspace.count, 1u);
 }
 
+const std::string kTable = "[[workspace.plane]]\nname = \"table\"\nnormal = [0, 0, 1]\noffset_m = -1\n";
+const std::string kLinked = kTable + "parts = [\"tool\", \"links\"]\n";
+
+TEST(WorkspaceProfile, GivesEachLinkARadius) {
+  const WorkspaceLimits limits =
+      with("[workspace]\nlink_radius_m = [0.03, 0.02, 0.01]\n" + kLinked).arm.workspace;
+  EXPECT_EQ(limits.link_radius_m, (std::array{0.03, 0.02, 0.01}));
+  EXPECT_EQ(limits.shapes[0].parts, bit_of(0) | bit_of(3) | bit_of(4) | bit_of(5));
+  EXPECT_EQ(with(kTable).arm.workspace.shapes[0].parts, bit_of(0) | bit_of(1) | bit_of(2));
+}
+
+TEST(WorkspaceProfile, RefusesLinksWithoutRadiiAndRadiiWithoutLinks) {
+  expect_fault(kLinked, "link_radius_m must give a radius for each");
+  expect_fault("[workspace]\nlink_radius_m = [0.03, 0.02]\n", "3 numbers");
+  expect_fault("[workspace]\nlink_radius_m = [0.03, 0.02, 0]\n", "from 0.001");
+  expect_fault("[workspace]\nlink_radius_m = [0.03]\n", "this arm has no links", "cartesian_ppp");
+}
+
 TEST(WorkspaceProfile, TaskAndServantMustHaveTheSameWorkspace) {
   std::set<std::uint64_t> segments, models;
   for (const char* text : {"", "[workspace]\nfloor_m = 0.0\n", "[workspace]\nfloor_m = 0.1\n",
+                           "[workspace]\nfloor_m = 0.1\nlink_radius_m = [0.03, 0.02, 0.01]\n",
                            "[[workspace.plane]]\nname = \"a\"\nnormal = [0, 0, 1]\noffset_m = 0.1\n"}) {
     const Profile profile = with(text);
     segments.insert(segment_fingerprint(profile));
     models.insert(fingerprint(profile.arm));
   }
-  EXPECT_EQ(segments.size(), 4u) << "the floor holds for tool and wrist, the plane for all parts";
+  EXPECT_EQ(segments.size(), 5u) << "the floor holds for tool and wrist, the plane for all parts";
   EXPECT_EQ(models.size(), 1u) << "a saved position stays valid";
 }
 

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <random>
 #include <string>
 
 #include "corbot/kinematics/arm_parts.h"
@@ -21,6 +23,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 constexpr std::uint32_t kTool = bit_of(0), kWrist = bit_of(1), kElbow = bit_of(2);
+constexpr std::uint32_t kLinks = bit_of(3) | bit_of(4) | bit_of(5);
 const PlanStart kBent{{0.0, deg(40), deg(60), deg(55), 0.0, 0.0}, 0.0};
 
 WorkspaceShape named(WorkspaceShape shape, const std::string& name) {
@@ -53,7 +56,7 @@ PlanStart at(const Vector3& tool_m, double pitch_deg) {
 
 TEST(ArmParts, AreWhereTheAxesMeet) {
   const JointChain chain = lynx5().kinematics.chain();
-  const ArmParts parts = parts_of(chain);
+  const ArmPoints parts = points_of(chain);
   const Joints q{0.3, deg(40), deg(60), deg(55), 0.0, 0.0};
   const auto states = part_states(chain, parts, q);
   const auto distance = [&](std::size_t a, std::size_t b) {
@@ -67,7 +70,7 @@ TEST(ArmParts, AreWhereTheAxesMeet) {
 
 TEST(ArmParts, OfASphericalWristIsItsCentre) {
   const ArmModel puma = test::arm_of("puma560");
-  const ArmParts parts = parts_of(puma.kinematics.chain());
+  const ArmPoints parts = points_of(puma.kinematics.chain());
   ASSERT_TRUE(parts[1].exists && parts[2].exists);
   Joints q{0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
   const Vector3 wrist_m = part_states(puma.kinematics.chain(), parts, q)[1].position_m;
@@ -76,16 +79,56 @@ TEST(ArmParts, OfASphericalWristIsItsCentre) {
 }
 
 TEST(ArmParts, OfSlidesAreTheToolAlone) {
-  const ArmParts parts = parts_of(test::arm_of("cartesian_ppp").kinematics.chain());
+  const ArmPoints parts = points_of(test::arm_of("cartesian_ppp").kinematics.chain());
   EXPECT_TRUE(parts[0].exists);
   EXPECT_FALSE(parts[1].exists || parts[2].exists);
+}
+
+TEST(ArmParts, LinksAreBetweenThePoints) {
+  const auto links = [](const char* name) {
+    const ArmParts parts = parts_of(points_of(test::arm_of(name).kinematics.chain()));
+    return std::array{parts[3].exists, parts[4].exists, parts[5].exists};
+  };
+  EXPECT_EQ(links("puma560"), (std::array{true, true, true}));
+  EXPECT_EQ(links("polar_rrp"), (std::array{true, true, false}))
+      << "without a wrist the forearm has the tool";
+  EXPECT_EQ(links("cartesian_ppp"), (std::array{false, false, false}));
+  const JointChain chain = lynx5().kinematics.chain();
+  const auto states = part_states(chain, points_of(chain), kBent.position_q);
+  EXPECT_NEAR(norm(states[3].position_m - Vector3{0, 0, 0.067}), 0.0, 1e-12);
+}
+
+TEST(Shape, TheClearanceOfASegmentIsTheLeastOfItsPoints) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  int inside = 0, off_ends = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Vector3 from{place(random), place(random), place(random)};
+    const Vector3 to{place(random), place(random), place(random)};
+    const Vector3 half{0.3, 0.2 + 0.1 * place(random), 0.25};
+    const auto kind = i % 4 == 0 ? ShapeKind::kInside : ShapeKind::kOutside;
+    const WorkspaceShape shape = box_shape(kind, -1.0 * half, half, 0);
+    double dense_m = 1e9;
+    constexpr int kPoints = 1000;
+    for (int k = 0; k <= kPoints; ++k) {
+      const double at = static_cast<double>(k) / kPoints;
+      dense_m = std::min(dense_m, clearance_m(shape, from + at * (to - from)));
+    }
+    const double found_m = clearance_m(shape, from, to);
+    EXPECT_LE(found_m, dense_m + 1e-12) << i;
+    EXPECT_GE(found_m, dense_m - norm(to - from) / kPoints) << i;
+    inside += kind == ShapeKind::kOutside && found_m < 0.0 ? 1 : 0;
+    off_ends += found_m < std::min(clearance_m(shape, from), clearance_m(shape, to)) - 1e-3 ? 1 : 0;
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(off_ends, 100);
 }
 
 TEST(ArmParts, HaveTheDerivativesOfTheirPlaces) {
   for (const char* name : test::kTestArms) {
     const ArmModel arm = test::arm_of(name);
     const JointChain& chain = arm.kinematics.chain();
-    const ArmParts parts = parts_of(chain);
+    const ArmPoints parts = points_of(chain);
     Joints q{};
     for (std::size_t i = 0; i < arm.dof; ++i)
       q[i] = 0.4 * arm.joints[i].lower_q + 0.6 * arm.joints[i].upper_q;
@@ -96,9 +139,9 @@ TEST(ArmParts, HaveTheDerivativesOfTheirPlaces) {
       a[i] -= kStep;
       b[i] += kStep;
       const auto before = part_states(chain, parts, a), after = part_states(chain, parts, b);
-      for (std::size_t k = 0; k < kArmParts; ++k) {
+      for (std::size_t k = 0; k < kArmPoints; ++k) {
         const Vector3 slope = (0.5 / kStep) * (after[k].position_m - before[k].position_m);
-        EXPECT_NEAR(norm(slope - now[k].per_q[i]), 0.0, 1e-8) << name << " " << kPartNames[k] << i;
+        EXPECT_NEAR(norm(slope - now[k].per_q[i]), 0.0, 1e-8) << name << " " << k << " " << i;
       }
     }
   }
@@ -189,7 +232,7 @@ TEST(Workspace, AMotionToAPointTakesAnotherSolutionIfThePresentOneIsRefused) {
   };
   const auto elbow_m = [&](const Joints& q) {
     const JointChain& chain = arm.kinematics.chain();
-    return part_states(chain, parts_of(chain), q)[2].position_m[2];
+    return part_states(chain, points_of(chain), q)[2].position_m[2];
   };
   const Joints free_q = end_of();
   const double ceiling_m = 0.5 * (elbow_m(start.position_q) + elbow_m(free_q));
@@ -231,7 +274,7 @@ TEST(Workspace, ShippedArmsOnATableHaveAFloorAboveWhichTheyAreReady) {
     ASSERT_EQ(arm.workspace.count, 1u) << name;
     EXPECT_EQ(arm.workspace.shapes[0].parts, kTool | kWrist) << name;
     const JointChain& chain = arm.kinematics.chain();
-    for (const PartState& part : part_states(chain, parts_of(chain), {}))
+    for (const PartState& part : part_states(chain, points_of(chain), {}))
       EXPECT_GE(clearance_m(arm.workspace.shapes[0], part.position_m), 0.0) << name;
     EXPECT_EQ(test::arm_of(name).workspace.count, 0u) << "tests go below: " << name;
   }
@@ -243,6 +286,39 @@ TEST(Workspace, AnArmThatHasSunkOntoTheTableGetsReady) {
   ASSERT_LT(arm.kinematics.forward(sunk.position_q).position_m[2], -0.05);
   EXPECT_EQ(text_of(Planner(arm).move_joints(sunk, {}, {}, 0.0)), "planned");
   EXPECT_THAT(text_of(Planner(arm).drive(sunk, {}, 3, deg(-10), deg(20))), HasSubstr("may only move back"));
+}
+
+TEST(Workspace, ALinkDoesNotPassThroughABoxThatItsEndsMiss) {
+  Joints there = kBent.position_q, at_post = kBent.position_q;
+  there[0] = deg(60);
+  at_post[0] = deg(30);
+  const JointChain chain = lynx5().kinematics.chain();
+  const auto states = part_states(chain, points_of(chain), at_post);
+  const Vector3 middle = 0.5 * (states[1].position_m + states[2].position_m), half{0.01, 0.01, 0.01};
+  const auto post = [&](std::uint32_t parts) {
+    return named(box_shape(ShapeKind::kOutside, middle - half, middle + half, parts), "post");
+  };
+  EXPECT_EQ(text_of(Planner(arm_in({post(kTool | kWrist | kElbow)})).move_joints(kBent, {}, there, 0.0)),
+            "planned");
+  ArmModel arm = arm_in({post(kLinks)});
+  arm.workspace.link_radius_m = {0.02, 0.02, 0.02};
+  const PlanResult result = Planner(arm).move_joints(kBent, {}, there, 0.0);
+  EXPECT_THAT(text_of(result), StartsWith("the forearm would be 30 mm inside 'post' at 50 % of the path ("));
+  EXPECT_NEAR(std::get<PlanRefusal>(result).value, -0.03, 1e-4);
+  there[0] = deg(10);
+  EXPECT_EQ(text_of(Planner(arm).move_joints(kBent, {}, there, 0.0)), "planned");
+}
+
+TEST(Workspace, TheRadiusOfALinkCounts) {
+  const PlanStart start = at({0.2, -0.05, 0.05}, -60);
+  PlanSettings settings;
+  settings.tool_pitch_rad = deg(-60);
+  ArmModel arm = arm_in({floor_at(0.0, bit_of(5))});
+  const Vector3 to{0.2, 0.05, 0.05};
+  arm.workspace.link_radius_m[2] = 0.05;
+  EXPECT_EQ(text_of(Planner(arm).move_s(start, settings, to, 0.0)), "planned");
+  EXPECT_THAT(text_of(Planner(arm).move_s(start, settings, to - Vector3{0, 0, 0.015}, 0.0)),
+              StartsWith("the hand would be 15 mm below 'floor' at 100 % of the path"));
 }
 
 TEST(Workspace, ABoxToStayInHoldsEveryPartThatItNames) {

@@ -35,7 +35,7 @@ class WorkspaceCheck : public ::testing::Test {
   }
   double height_m(std::size_t part) const {
     const JointChain& chain = rig_->arm.kinematics.chain();
-    return part_states(chain, parts_of(chain), rig_->snapshot.position_q)[part].position_m[2];
+    return part_states(chain, points_of(chain), rig_->snapshot.position_q)[part].position_m[2];
   }
   /// Runs until the next verdict. Keeps the least and greatest height of tool and elbow.
   Verdict verdict() {
@@ -109,6 +109,27 @@ TEST_F(WorkspaceCheck, ALineAndAnArcAreCheckedBetweenTheirEnds) {
     EXPECT_EQ(rig_->alarm()->code, AlarmCode::kSetPointOutsideWorkspace);
     EXPECT_LT(tool_at(rig_->snapshot.position_q)[1], 0.0305);
   }
+}
+
+TEST_F(WorkspaceCheck, ALinkIsCheckedBetweenItsEnds) {
+  const JointChain chain = lynx5().kinematics.chain();
+  const auto states = part_states(chain, points_of(chain), kBent);
+  const Vector3 middle = 0.5 * (states[1].position_m + states[2].position_m), half{0.01, 0.01, 0.01};
+  ArmModel arm = arm_in(box_shape(ShapeKind::kOutside, middle - half, middle + half, bit_of(4)));
+  arm.workspace.link_radius_m = {0.02, 0.02, 0.02};
+  Joints from = kBent, there = kBent;
+  from[0] = -0.6;
+  there[0] = 0.6;
+  begin(arm, from);
+  PlanSettings slow;
+  slow.speed_ratio = 0.02;
+  rig_->submit(liar_.move_joints(rig_->start(), slow, there, 0.0));
+  EXPECT_EQ(verdict(), Verdict::kFault);
+  const auto alarm = rig_->alarm();
+  ASSERT_TRUE(alarm.has_value());
+  EXPECT_EQ(alarm->code, AlarmCode::kSetPointOutsideWorkspace);
+  EXPECT_EQ(alarm::outside_workspace(*alarm).part, 4u);
+  EXPECT_LT(rig_->snapshot.position_q[0], 0.0);
 }
 
 TEST_F(WorkspaceCheck, TheFramesOfAJointCommandCount) {
