@@ -90,8 +90,8 @@ bool bench_rates(std::mt19937_64& random, const std::string& name, double most_n
 
 /// Joint motions from anywhere to anywhere, among a floor and four posts near the arm and without these,
 /// alternating.
-bool bench_workspace(std::mt19937_64& random, const std::string& name) {
-  const ArmModel arm = corbot::test::arm_of(name), kept = corbot::test::among_posts(arm, 0.6);
+bool bench_workspace(std::mt19937_64& random, const std::string& name, std::uint32_t parts) {
+  const ArmModel arm = corbot::test::arm_of(name), kept = corbot::test::among_posts(arm, 0.6, parts);
   const Planner planners[2] = {Planner(arm), Planner(kept)};
   std::uniform_real_distribution<double> part(0.0, 1.0);
   std::vector<double> spent_ns[2], refused_ns;
@@ -183,6 +183,10 @@ int main() {
   good &= bench_lines(random);
   good &= bench_rates(random, "lynx5", 1e6);
   good &= bench_rates(random, "puma560", 3e6);
-  for (const char* name : {"lynx5", "puma560", "scara_gx4"}) good &= bench_workspace(random, name);
+  for (const char* name : {"lynx5", "puma560", "scara_gx4"}) {
+    good &= bench_workspace(random, name, corbot::test::kPoints);
+    std::printf("points and links:\n");
+    good &= bench_workspace(random, name, corbot::test::kPointsAndLinks);
+  }
   return good ? 0 : 1;
 }
