@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import _signal  # private, but no public module has it; the enumerations of signal.signal cost 8 us a call
+import atexit
+import os
 import threading
+import time
 from collections.abc import Callable
 from types import FrameType
 from typing import Any
@@ -39,18 +42,37 @@ MOST_JOINTS: int = Corbot._tc_JointCoord.content_type().length()
 """How many values a list of joints has at most, whatever the arm."""
 
 
-class uninterrupted:  # noqa: N801
-    """Defer Ctrl-C until the end of the block.
+_LAST_CALLS = 0.5  # seconds; the calls that wait for a motion return after 0.1 s
+_HELD_BACK = 10.0  # seconds, in which Python ends
 
-    An exception that a signal handler raises inside the ORB would leave a reply half-read.
+_threads_inside: set[int] = set()  # the threads, except the main one, that are inside the ORB
+_is_started = False
+_is_forked = False
+_is_ending = False
+
+
+class uninterrupted:  # noqa: N801
+    """Defer Ctrl-C, and the end of Python, until the end of the block.
+
+    An exception that a signal handler raises inside the ORB would leave a reply half-read. A thread that
+    returns from the ORB while Python ends would abort the process.
     """
 
     __slots__ = ("_held", "_previous")
 
     def __enter__(self) -> None:
+        if _is_forked:
+            raise RuntimeError(
+                "A process that used corbot has forked this one, so corbot does not work here. "
+                "Start it with multiprocessing.get_context('spawn'), or before the first call of corbot."
+            )
         self._held: tuple[int, FrameType | None] | None = None
         self._previous: Any = None
-        if threading.get_ident() != threading.main_thread().ident:
+        if (thread := threading.get_ident()) != threading.main_thread().ident:
+            _threads_inside.add(thread)
+            if _is_ending:
+                _threads_inside.discard(thread)
+                time.sleep(_HELD_BACK)
             return
         previous = _signal.getsignal(_signal.SIGINT)
         if callable(previous):  # else it is ignored, or a handler that Python could not restore
@@ -58,6 +80,7 @@ class uninterrupted:  # noqa: N801
             _signal.signal(_signal.SIGINT, self._hold)
 
     def __exit__(self, *_: object) -> None:
+        _threads_inside.discard(threading.get_ident())
         if self._previous is None:
             return
         _signal.signal(_signal.SIGINT, self._previous)
@@ -66,6 +89,26 @@ class uninterrupted:  # noqa: N801
 
     def _hold(self, number: int, frame: FrameType | None) -> None:
         self._held = (number, frame)
+
+
+def _await_other_threads() -> None:
+    """Let other threads leave the ORB, and let none enter, before Python ends."""
+    global _is_ending
+    _is_ending = True
+    end = time.monotonic() + _LAST_CALLS
+    while _threads_inside and time.monotonic() < end:
+        time.sleep(0.001)
+
+
+def _note_fork() -> None:
+    """Note in a child that the connections are its parent's: the two would read each other's replies."""
+    global _is_forked
+    _is_forked = _is_started
+    _threads_inside.clear()
+
+
+atexit.register(_await_other_threads)
+os.register_at_fork(after_in_child=_note_fork)
 
 
 def orb(*options: str) -> Any:
@@ -81,9 +124,6 @@ def orb(*options: str) -> Any:
     started = CORBA.ORB_init(list(options), CORBA.ORB_ID)
     _is_started = True
     return started
-
-
-_is_started = False
 
 
 def connect(address: str, timeout: float, *interfaces: Any) -> Any:

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The end of Python, and processes that a program with an arm starts."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import corbot
+
+READERS = """
+def read():
+    while True:
+        arm.state
+for _ in range(4):
+    threading.Thread(target=read, daemon=True).start()
+time.sleep(0.3)
+sys.exit(3)
+"""
+RECORDING = "recording = corbot.record(arm, rate=1000).__enter__()\ntime.sleep(0.3)\nsys.exit(3)"
+MOTION = """
+threading.Thread(target=lambda: arm.joints([20, 0, 0, 0], time=2), daemon=True).start()
+time.sleep(0.3)
+sys.exit(3)
+"""
+FORK = """
+if os.fork() == 0:
+    try:
+        arm.state
+    except RuntimeError as refusal:
+        print(refusal, flush=True)
+    os._exit(0)
+os.wait()
+print(arm.state.status)
+"""
+
+
+def run(program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a program whose first argument is the address of the arm."""
+    begin = "import os, sys, threading, time\nimport corbot\narm = corbot.connect(sys.argv[1])\n"
+    return subprocess.run(
+        [sys.executable, "-c", begin + program, *arguments], capture_output=True, text=True, timeout=60
+    )
+
+
+@pytest.mark.parametrize("program", [READERS, RECORDING, MOTION], ids=["readers", "recording", "motion"])
+def test_python_ends_with_its_own_exit_code_while_threads_call(program: str, arm: corbot.Arm) -> None:
+    for _ in range(3):  # a thread may be elsewhere once
+        ended = run(program, arm.address)
+        assert (ended.returncode, ended.stderr) == (3, "")
+
+
+def test_a_forked_process_is_told_that_it_has_no_connection(arm: corbot.Arm) -> None:
+    child, parent = run(FORK, arm.address).stdout.splitlines()
+    assert child.startswith("A process that used corbot has forked this one")
+    assert parent == "Status.STANDBY"
+
+
+def test_a_process_that_is_forked_before_the_first_call_works(arm: corbot.Arm) -> None:
+    program = (
+        "import os, sys, corbot\n"
+        "if os.fork() == 0:\n"
+        "    print(corbot.connect(sys.argv[1]).state.status, flush=True)\n"
+        "    os._exit(0)\n"
+        "os.wait()"
+    )
+    output = subprocess.check_output([sys.executable, "-c", program, arm.address], text=True, timeout=60)
+    assert output == "Status.STANDBY\n"
