@@ -3,12 +3,20 @@
 
 from __future__ import annotations
 
+import copy
+import multiprocessing
+import os
+import pickle
+import signal
 import subprocess
 import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
 import corbot
+from conftest import Robot
 
 READERS = """
 def read():
@@ -68,3 +76,24 @@ def test_a_process_that_is_forked_before_the_first_call_works(arm: corbot.Arm) -
     )
     output = subprocess.check_output([sys.executable, "-c", program, arm.address], text=True, timeout=60)
     assert output == "Status.STANDBY\n"
+
+
+def test_an_arm_in_another_process_is_connected_anew(arm: corbot.Arm) -> None:
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        assert pool.submit(status_of, arm).result(60) is corbot.Status.STANDBY
+
+
+def status_of(arm: corbot.Arm) -> corbot.Status:
+    return arm.state.status
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda arm: pickle.loads(pickle.dumps(arm))])
+def test_a_copy_of_an_arm_has_its_timeout(copied: Callable[[corbot.Arm], corbot.Arm], fresh: Robot) -> None:
+    copy_of_it = copied(corbot.connect(fresh.arm.address, timeout=0.5))
+    servant = fresh.simulation.processes["servant_pid"]
+    os.kill(servant, signal.SIGSTOP)
+    try:
+        with pytest.raises(corbot.NoAnswer):
+            _ = copy_of_it.state
+    finally:
+        os.kill(servant, signal.SIGCONT)

@@ -158,23 +158,44 @@ def test_a_wrong_number_of_values_says_how_many_the_arm_takes(arm: corbot.Arm) -
             "arm.set_speeds(joints=[100, 100, 100, '1'])",
             "TypeError: '1' is a text where a number is expected.",
         ),
+        ("arm.set_speeds(tool=30, joints='50')", "TypeError: '50' is a text where a number is expected."),
+        ("arm.set_speeds(tool='30')", "TypeError: '30' is a text where a number is expected."),
+        ("arm.set_frames(tool=corbot.Pose((0, 0, 0.1)), base=5)", "TypeError: A pose is a corbot.Pose"),
+        ("arm.control('Ada', lease='5').__enter__()", "TypeError: '5' is a text where a number is expected."),
+        *(
+            (f"arm.{call}", "TypeError: '5' is a text where a number is expected.")
+            for call in (
+                "pose(corbot.Pose((0.2, 0, 0.1)), time='5')",
+                "relative(z=0.01, time='5')",
+                "joints([0, 0, 0, 0], time='5')",
+                "drive(0, '5', speed=10)",
+                "drive(0, 5, speed='5')",
+                "gripper('5')",
+                "delay('5')",
+                "override('5')",
+                "set_tool_pitch('5')",
+            )
+        ),
     ],
 )
 def test_what_is_no_argument_reaches_no_robot(
     call: str, text: str, arm: corbot.Arm, reached: set[str]
 ) -> None:
     with pytest.raises((TypeError, ValueError)) as raised:
-        eval(call, {"arm": arm, "numpy": np})
+        eval(call, {"arm": arm, "numpy": np, "corbot": corbot})
     assert f"{type(raised.value).__name__}: {raised.value}".startswith(text)
     assert reached == set()
 
 
 def test_numbers_of_numpy_are_numbers(arm: corbot.Arm) -> None:
     arm.drive(np.int64(1), np.float32(5), speed=np.int32(10))  # type: ignore[arg-type]
+    arm.joints(np.array([0, 5, 0, 0]))
     assert arm.state.joints == pytest.approx((0, 5, 0, 0), abs=1e-3)
     arm.set_speeds(joints=np.int64(50))  # type: ignore[arg-type]
     assert arm.speeds.joints == (50, 50, 50, 50)
-    arm.set_speeds(joints=np.full(4, 100))  # type: ignore[arg-type]
+    arm.set_speeds(joints=np.array(60.0))
+    assert arm.speeds.joints == (60, 60, 60, 60)
+    arm.set_speeds(joints=np.full(4, 100))
     assert arm.speeds.joints == (100, 100, 100, 100)
 
 

@@ -10,9 +10,9 @@ import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future
-from functools import cached_property
+from functools import cached_property, partial
 from types import TracebackType
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -89,6 +89,10 @@ class Arm:
     def __repr__(self) -> str:
         return f"<Arm at {self.address}>"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Connect anew in another process: a copied reference has no timeout."""
+        return (partial(connect, self.address, timeout=self._timeout), ())
+
     # Motions
 
     def move(
@@ -112,7 +116,7 @@ class Arm:
 
     def pose(self, target: Pose, *, line: bool = False, time: float = 0.0, wait: bool = True) -> Motion:
         """Move the tool to a position and an orientation, freely or along a straight line."""
-        return self._begin("MovePoseS" if line else "MovePose", _pose(target), float(time), wait=wait)
+        return self._begin("MovePoseS" if line else "MovePose", _pose(target), _number(time), wait=wait)
 
     def relative(
         self,
@@ -131,19 +135,21 @@ class Arm:
         if frame not in ("base", "tool"):
             raise ValueError(f"A frame is 'base' or 'tool', not {frame!r}. Nothing moved.")
         axes = _orb.Corbot.OffsetInBase if frame == "base" else _orb.Corbot.OffsetInTool
-        return self._begin("MoveRelativeS" if line else "MoveRelative", offset, axes, float(time), wait=wait)
+        return self._begin(
+            "MoveRelativeS" if line else "MoveRelative", offset, axes, _number(time), wait=wait
+        )
 
-    def joints(self, target: Sequence[float], *, time: float = 0.0, wait: bool = True) -> Motion:
+    def joints(self, target: Sequence[float] | Array, *, time: float = 0.0, wait: bool = True) -> Motion:
         """Move all joints to values in degrees, or metres for a sliding joint; one value for each joint."""
-        return self._begin("MoveJoints", _floats(*_joint_list(target)), float(time), wait=wait)
+        return self._begin("MoveJoints", _floats(*_joint_list(target)), _number(time), wait=wait)
 
-    def drive(self, joint: int | str, by: float, *, speed: float, wait: bool = True) -> Motion:
+    def drive(self, joint: SupportsIndex | str, by: float, *, speed: float, wait: bool = True) -> Motion:
         """Move one joint, given by its number from 0 or its name.
 
         Units are degrees and degrees a second, or metres and metres a second if it slides.
         """
         number = self._number_of(joint) if isinstance(joint, str) else operator.index(joint)
-        return self._begin("Drive", number, float(by), float(speed), wait=wait)
+        return self._begin("Drive", number, *_floats(by, speed), wait=wait)
 
     def ready(self, *, wait: bool = True) -> Motion:
         """Move all joints to zero."""
@@ -159,11 +165,11 @@ class Arm:
 
     def gripper(self, percent: float, *, wait: bool = True) -> Motion:
         """Move the gripper to an opening in percent, 0 closed, 100 open."""
-        return self._begin("SetGripper", float(percent), wait=wait)
+        return self._begin("SetGripper", _number(percent), wait=wait)
 
     def delay(self, seconds: float, *, wait: bool = True) -> Motion:
         """Hold for this number of seconds, in turn with the motions."""
-        return self._begin("Delay", float(seconds), wait=wait)
+        return self._begin("Delay", _number(seconds), wait=wait)
 
     def stop(self) -> None:
         """Stop the arm on its path and discard queued motions; returns at rest. Any thread may call it."""
@@ -225,7 +231,7 @@ class Arm:
         """Each joint's range, speed and soft limits, in degrees (metres if it slides), and these a second."""
         return limits_of(self._joints, self.call("_get_SoftLimits"))
 
-    def set_limits(self, ranges: Sequence[tuple[float, float]]) -> None:
+    def set_limits(self, ranges: Sequence[tuple[float, float]] | Array) -> None:
         """Set soft limits, lower and upper for each joint, degrees (metres). They outlive a power-down."""
         self.call("SetSoftLimits", [_range(limit) for limit in _joint_list(ranges)])
 
@@ -240,10 +246,9 @@ class Arm:
 
     def set_frames(self, *, tool: Pose | None = None, base: Pose | None = None) -> None:
         """Set the tool frame (from the flange) or the base frame (of the arm) for all clients; metres."""
-        if tool is not None:
-            self.call("SetToolFrame", _pose(tool))
-        if base is not None:
-            self.call("SetBaseFrame", _pose(base))
+        given = (("SetToolFrame", tool), ("SetBaseFrame", base))
+        for call in [(operation, _pose(frame)) for operation, frame in given if frame is not None]:
+            self.call(*call)
 
     def reset_frames(self) -> None:
         """Restore both frames of the profile."""
@@ -314,24 +319,29 @@ class Arm:
         speeds = self.call("_get_Speeds")
         return Speeds(speeds.tool, tuple(speeds.joints))
 
-    def set_speeds(self, *, tool: float | None = None, joints: float | Sequence[float] | None = None) -> None:
+    def set_speeds(
+        self, *, tool: float | None = None, joints: float | Sequence[float] | Array | None = None
+    ) -> None:
         """Set speeds in percent: `tool` scales lines, arcs and free motions; `joints` one or all joints."""
+        calls: list[tuple[Any, ...]] = []  # made once all arguments are known to be good
+        one_or_all: Any = joints
         if tool is not None:
-            self.call("Speed", float(tool))
-        if isinstance(joints, (int, float, np.number)):
-            self.call("AllSpeed", float(joints))
+            calls.append(("Speed", _number(tool)))
+        if joints is not None and np.ndim(one_or_all) == 0:
+            calls.append(("AllSpeed", _number(one_or_all)))
         elif joints is not None:
-            speeds = _floats(*joints)
+            speeds = _floats(*one_or_all)
             if len(speeds) != len(self.joint_names):
                 raise ValueError(
                     f"The arm has {len(self.joint_names)} joints, and these are {len(speeds)} speeds."
                 )
-            for number, percent in enumerate(speeds):
-                self.call("ArtSpeed", number, percent)
+            calls += [("ArtSpeed", number, percent) for number, percent in enumerate(speeds)]
+        for call in calls:
+            self.call(*call)
 
     def override(self, percent: float) -> None:
         """Set the rate of all motion, including the present one: above 0, at most 100 percent of the plan."""
-        self.call("Override", float(percent))
+        self.call("Override", _number(percent))
 
     @property
     def tool_pitch(self) -> float:
@@ -340,7 +350,7 @@ class Arm:
 
     def set_tool_pitch(self, degrees: float) -> None:
         """Set the tool pitch; only arms of four or five joints have one."""
-        self.call("SetToolPitch", float(degrees))
+        self.call("SetToolPitch", _number(degrees))
 
     @property
     def tool_orientation(self) -> Quaternion | None:
@@ -365,23 +375,23 @@ class Arm:
         A thread renews the lease, `lease` seconds, while the program lives. At the end of the block the arm
         stops.
         """
-        plain, held = self._reference, self.call("Acquire", who, float(lease))
+        seconds = _number(lease)
+        plain, held = self._reference, self.call("Acquire", who, seconds)
         _orb.set_timeout(held, self._timeout)
         ended = threading.Event()
-        renewal = threading.Thread(target=self._renew, args=(held, lease / 3.0, ended), daemon=True)
+        renewal = threading.Thread(target=self._renew, args=(held, seconds / 3.0, ended), daemon=True)
         self._reference = held
         renewal.start()
         try:
             yield self
         except BaseException:
             with contextlib.suppress(CorbotError):  # the block's exception says more
-                self._release(held, plain, renewal, ended)
+                self._release(held, plain, ended)
             raise
-        self._release(held, plain, renewal, ended)
+        self._release(held, plain, ended)
 
-    def _release(self, held: Any, plain: Any, renewal: threading.Thread, ended: threading.Event) -> None:
-        ended.set()
-        renewal.join()
+    def _release(self, held: Any, plain: Any, ended: threading.Event) -> None:
+        ended.set()  # a renewal on its way is refused after the release; nobody waits for it
         self._reference = plain
         _orb.call(self.address, held.Release)
 
@@ -498,11 +508,14 @@ class _Planner(Arm):
         return Motion(self, 0)
 
 
+def _number(value: Any) -> float:
+    if isinstance(value, (str, bytes, bytearray)):  # float() would convert it, too
+        raise TypeError(f"{value!r} is a text where a number is expected.")
+    return float(value)
+
+
 def _floats(*values: float) -> list[float]:
-    for value in values:
-        if isinstance(value, str):  # float() would convert it, too
-            raise TypeError(f"{value!r} is a text where a number is expected.")
-    return [float(value) for value in values]
+    return [_number(value) for value in values]
 
 
 def _row(values: Iterable[float], count: int, expected: str) -> list[float]:

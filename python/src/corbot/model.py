@@ -65,7 +65,7 @@ class Model:
         """The joints that have a value, in the order of all lists of them."""
         return tuple(joint for joint in self.joints if joint.moves)
 
-    def frames(self, joints: Sequence[float]) -> list[Pose]:
+    def frames(self, joints: Sequence[float] | Array) -> list[Pose]:
         """Give the frames of all links in the base frame, from the base to the tool.
 
         Joint values are in degrees (metres).
@@ -77,11 +77,11 @@ class Model:
             frames.append(frames[-1] @ joint.at(next(values) if joint.moves else 0.0))
         return frames
 
-    def forward(self, joints: Sequence[float]) -> Pose:
+    def forward(self, joints: Sequence[float] | Array) -> Pose:
         """Give the tool's pose in the base frame for joint values in degrees (metres)."""
         return self.frames(joints)[-1]
 
-    def svg(self, joints: Sequence[float]) -> str:
+    def svg(self, joints: Sequence[float] | Array) -> str:
         """Draw the arm as SVG: links, joints, the tool's axes, and the shadow on the floor."""
         frames = self.frames(joints)
         links = np.array([frame.position for frame in frames])
@@ -151,7 +151,7 @@ class _Picture:
         )
 
 
-def _captions(joints: Sequence[Joint], values: Sequence[float]) -> list[str]:
+def _captions(joints: Sequence[Joint], values: Sequence[float] | Array) -> list[str]:
     texts = [
         f"{joint.name} {1000.0 * value + 0.0:.1f} mm"
         if joint.kind == "prismatic"
