@@ -5,6 +5,7 @@ import contextlib
 import fcntl
 import json
 import socket
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +116,18 @@ def test_an_address_where_nobody_answers() -> None:
     with pytest.raises(corbot.RobotNotFound, match="nobody answers there") as raised:
         corbot.connect("127.0.0.1:1/lynx5", timeout=5.0)
     assert isinstance(raised.value, ConnectionError)
+
+
+def test_an_address_that_closes_the_connection() -> None:
+    def close() -> None:
+        with contextlib.suppress(OSError):  # the server ends with the test
+            while True:
+                server.accept()[0].close()
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=close, daemon=True).start()
+        with pytest.raises(corbot.RobotNotFound, match="what answers there closed the connection"):
+            corbot.connect(f"127.0.0.1:{server.getsockname()[1]}/lynx5", timeout=5.0)
 
 
 def test_another_robot_at_the_address(here: Robot) -> None:

@@ -57,6 +57,10 @@ def test_what_is_no_rotation_is_refused() -> None:
             Pose.from_matrix(wrong)
     with pytest.raises(ValueError, match="not all zero"):
         Quaternion.about([0, 0, 0], 90)
+    with pytest.raises(ValueError, match="finite numbers"):
+        Quaternion.about([0, 0, np.inf], 90)
+    with pytest.raises(ValueError, match="finite number of degrees, not nan"):
+        Quaternion.about([0, 0, 1], np.nan)
 
 
 def test_numpy_reads_them() -> None:

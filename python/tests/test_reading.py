@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import subprocess
+import threading
 import time
 from collections.abc import Iterator
 from itertools import islice
@@ -152,3 +153,10 @@ def test_states_drop_what_is_late(arm: corbot.Arm) -> None:
     assert states.dropped >= 45
     with pytest.raises(ValueError, match="at most 1000"):
         arm.states(0)
+
+
+def test_states_end_when_another_thread_says_so(arm: corbot.Arm) -> None:
+    states = arm.states(0.01)
+    threading.Timer(0.2, states.end).start()
+    assert len(list(states)) == 1
+    assert list(states) == []

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,10 @@ def test_the_robot_is_taken_down_at_the_end() -> None:
     assert not robot.directory.exists()
     until(lambda: not any(map(is_alive, processes)))
     robot.end()
+    with pytest.raises(corbot.SimulationFailed, match="has ended, and its output with it"):
+        _ = robot.output
+    with pytest.raises(corbot.SimulationFailed, match=r"is not up.*Call start\(\)"):
+        robot.wait(1)
 
 
 def test_the_end_of_one_that_was_never_started_has_no_effect() -> None:
@@ -80,6 +85,35 @@ def test_the_end_of_python_takes_the_robot_down() -> None:
     assert not Path(directory).exists()
 
 
+@pytest.mark.parametrize("end", ["sys.exit()", "robot.end()"])
+def test_the_end_of_a_fork_leaves_the_robot_up(end: str) -> None:
+    program = (
+        "import os, sys, corbot\nrobot = corbot.simulated()\nrobot.start()\n"
+        f"if os.fork() == 0:\n    {end}\n    os._exit(0)\n"
+        "os.wait()\nprint(robot.output)"
+    )
+    assert "is up at" in subprocess.check_output([sys.executable, "-c", program], text=True)
+
+
+def test_a_killed_python_without_a_path_leaves_nothing_behind() -> None:
+    program = "import corbot, os, signal\ncorbot.simulated().start()\nos.kill(os.getpid(), signal.SIGKILL)"
+    environment = {**os.environ, "CORBOT_BIN": str(find_program()), "PATH": "/nonexistent"}
+    with tempfile.TemporaryDirectory() as here:  # shorter than tmp_path, for a socket's path
+        ended = subprocess.run([sys.executable, "-c", program], env={**environment, "TMPDIR": here})
+        assert ended.returncode == -signal.SIGKILL
+        until(lambda: not os.listdir(here), within=30)
+
+
+def test_a_temporary_directory_may_be_relative() -> None:
+    program = "import corbot\nwith corbot.simulated() as arm:\n    print(arm.state.status)"
+    environment = {**os.environ, "CORBOT_BIN": str(find_program()), "TMPDIR": "."}
+    with tempfile.TemporaryDirectory() as here:
+        output = subprocess.check_output(
+            [sys.executable, "-c", program], env=environment, cwd=here, text=True, timeout=30
+        )
+    assert output == "Status.STANDBY\n"
+
+
 @pytest.mark.parametrize("what", ["robot", "cell"])
 def test_a_python_that_is_killed_leaves_nothing_behind(what: str) -> None:
     make = {"robot": "corbot.simulated()", "cell": "corbot.simulated_cell(pieces=12)"}[what]
@@ -126,6 +160,10 @@ def test_an_unknown_profile_is_answered_with_those_that_are_there() -> None:
         corbot.simulated("lynx6")
     with pytest.raises(corbot.SimulationFailed, match="no profile ./nowhere.toml"):
         corbot.simulated("./nowhere.toml")
+    with pytest.raises(corbot.SimulationFailed, match=r"no profile nowhere\.toml"):
+        corbot.simulated(Path("nowhere.toml"))
+    with pytest.raises(TypeError, match="not NoneType"):
+        corbot.simulated(None)  # type: ignore[arg-type]
 
 
 def test_profiles_of_a_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -138,6 +138,8 @@ def connect(address: str, timeout: float, *interfaces: Any) -> Any:
             found = next(filter(None, map(reference._narrow, interfaces)), None)
         except CORBA.TRANSIENT as error:
             raise RobotNotFound(address, "nobody answers there") from error
+        except CORBA.COMM_FAILURE as error:
+            raise RobotNotFound(address, "what answers there closed the connection") from error
         except CORBA.OBJECT_NOT_EXIST as error:
             raise RobotNotFound(address, "a server answers there, but has no robot of that name") from error
         except CORBA.SystemException as error:

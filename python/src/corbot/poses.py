@@ -34,8 +34,10 @@ class Quaternion(NamedTuple):
         """Give the rotation about an axis, whose length does not matter, by an angle in degrees."""
         direction = np.asarray(axis, dtype=np.float64)
         length = float(np.linalg.norm(direction))
-        if direction.shape != (3,) or not length > 0.0:
-            raise ValueError(f"An axis has three numbers that are not all zero, not {axis!r}.")
+        if direction.shape != (3,) or not 0.0 < length < np.inf:
+            raise ValueError(f"An axis has three finite numbers that are not all zero, not {axis!r}.")
+        if not np.isfinite(degrees):
+            raise ValueError(f"An angle is a finite number of degrees, not {degrees!r}.")
         half = np.deg2rad(degrees) / 2.0
         return cls._of(np.concatenate(([np.cos(half)], np.sin(half) * direction / length)))
 

@@ -35,7 +35,6 @@ class Recording:
         self._limits = arm.limits
         self._taken: list[State] = []
         self._failure: CorbotError | None = None
-        self._ended = threading.Event()
         self._thread = threading.Thread(target=self._take, daemon=True)
 
     def __enter__(self) -> Recording:
@@ -45,7 +44,6 @@ class Recording:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
     ) -> None:
-        self._ended.set()
         self._states.end()  # Ctrl-C in the block stops the arm after this
         self._thread.join()
         if self._failure is not None and error is None:
@@ -134,8 +132,8 @@ class Recording:
 
     def _take(self) -> None:
         try:
-            while not self._ended.is_set():
-                self._taken.append(next(self._states))
+            for state in self._states:
+                self._taken.append(state)
             self._taken.append(self._arm.state)  # the end of the block
         except CorbotError as failure:
             self._failure = failure

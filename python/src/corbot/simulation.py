@@ -30,7 +30,9 @@ _CELL_PORTS = 8  # store, camera, coordinator, and up to five robots
 _Found = TypeVar("_Found")
 
 
-def simulated(profile: str = "lynx5", *, orb: Literal["omniorb", "orbit2"] = "omniorb") -> Simulation:
+def simulated(
+    profile: str | os.PathLike[str] = "lynx5", *, orb: Literal["omniorb", "orbit2"] = "omniorb"
+) -> Simulation:
     """Give a simulated robot.
 
     `with corbot.simulated("lynx5") as arm:` starts it, and ends it at the end of the block.
@@ -42,7 +44,9 @@ def simulated(profile: str = "lynx5", *, orb: Literal["omniorb", "orbit2"] = "om
     return Simulation(profile, orb)
 
 
-def simulated_cell(file: str = "cell/cell", *, pieces: int = 4, seed: int = 1) -> CellSimulation:
+def simulated_cell(
+    file: str | os.PathLike[str] = "cell/cell", *, pieces: int = 4, seed: int = 1
+) -> CellSimulation:
     """Give a simulated cell that works.
 
     `with corbot.simulated_cell() as cell:` runs it until the block or the work ends.
@@ -55,18 +59,21 @@ def simulated_cell(file: str = "cell/cell", *, pieces: int = 4, seed: int = 1) -
 class _Program:
     """A run of the program `corbot`, with a private directory and its own name."""
 
-    def __init__(self, profile: str) -> None:
+    def __init__(self, profile: str | os.PathLike[str]) -> None:
         self.program = find_program()
-        self.profile = find_profile(profile, self.program)
+        self.profile = find_profile(os.fspath(profile), self.program)
         kind = re.sub(r"[^A-Za-z0-9_-]", "_", self.profile.stem)[:23]  # a name has at most 32 characters
         self.name = f"{kind}-{secrets.token_hex(4)}"  # unique on the machine, wherever the robots' files are
         self._directory: Path | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._held: int | None = None
+        self._owner = os.getpid()
 
     def end(self) -> None:
-        """End the run and remove its directory; no effect if it is down."""
+        """End the run and remove its directory; no effect if it is down, or in a fork of this process."""
         atexit.unregister(self.end)
+        if os.getpid() != self._owner:
+            return
         process, self._process = self._process, None
         if process is not None:
             if process.poll() is None:
@@ -89,11 +96,15 @@ class _Program:
     @property
     def output(self) -> str:
         """The output of its programs."""
-        return (self.directory / "output").read_text(encoding="utf-8", errors="replace")
+        try:
+            return (self.directory / "output").read_text(encoding="utf-8", errors="replace")
+        except FileNotFoundError:
+            raise SimulationFailed(f"{self.name} has ended, and its output with it.") from None
 
     def wait(self, timeout: float) -> int:
         """Wait until it ends by itself, at most `timeout` seconds, and give its exit code."""
-        assert self._process is not None, "it is not up"
+        if self._process is None:
+            raise SimulationFailed(f"{self.name} is not up, so nothing will end. Call start() first.")
         return self._process.wait(timeout)
 
     def _begin(self, command: Callable[[Path], list[str]], find: Callable[[], _Found | None]) -> _Found:
@@ -103,12 +114,13 @@ class _Program:
             if found is not None:
                 return found
             self.end()
-        self._directory = Path(tempfile.mkdtemp(prefix="corbot-"))
+        self._directory = Path(tempfile.mkdtemp(prefix="corbot-")).absolute()  # $TMPDIR may be relative
         atexit.register(self.end)
         try:
             words = command(self.directory)
             self._process = self._start(words)
-            return self._await(self._process, f"'corbot {words[0]} {self.profile}'", find)
+            told = " ".join(words[: words.index(str(self.profile)) + 1])
+            return self._await(self._process, f"'corbot {told}'", find)
         except BaseException:
             self.end()
             raise
@@ -134,7 +146,7 @@ class _Program:
         They hold the pipe that it reads. A program that outlives `corbot` may still write there after `end`.
         """
         read, self._held = os.pipe()
-        sweep = 'exec 3<&0; (read -r _ <&3; rm -rf -- "$0") &'  # `&` takes standard input away
+        sweep = 'exec 3<&0; (read -r _ <&3; /bin/rm -rf -- "$0") &'  # `&` takes standard input away
         subprocess.run(
             ["/bin/sh", "-c", sweep, self.directory], stdin=read, start_new_session=True, check=True
         )
@@ -158,7 +170,7 @@ class _Program:
 class Simulation(_Program):
     """The processes of a simulated robot, which has a free port and a private directory."""
 
-    def __init__(self, profile: str = "lynx5", orb: str = "omniorb") -> None:
+    def __init__(self, profile: str | os.PathLike[str] = "lynx5", orb: str = "omniorb") -> None:
         super().__init__(profile)
         self._orb = orb
 
@@ -196,7 +208,7 @@ class Simulation(_Program):
 class CellSimulation(_Program):
     """The processes of a simulated cell, which has free ports and a private directory."""
 
-    def __init__(self, file: str, pieces: int, seed: int) -> None:
+    def __init__(self, file: str | os.PathLike[str], pieces: int, seed: int) -> None:
         super().__init__(file)
         self._pieces, self._seed = pieces, seed
 

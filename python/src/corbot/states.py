@@ -12,7 +12,7 @@ from corbot.values import State
 
 
 class States(Iterator[State]):
-    """An endless iterator over the arm's state. It drops late readings, so each reading is new."""
+    """An iterator over the arm's state, until `end`. It drops late readings, so each reading is new."""
 
     def __init__(self, read: Callable[[], State], rate: float) -> None:
         if not 0.0 < rate <= 1000.0:
@@ -25,7 +25,7 @@ class States(Iterator[State]):
         """The readings that were left out so far, since the caller or the servant was late."""
 
     def end(self) -> None:
-        """End the wait for further instants in any thread."""
+        """End the iteration; any thread may call this."""
         self._ended.set()
 
     def __next__(self) -> State:
@@ -36,6 +36,7 @@ class States(Iterator[State]):
         if behind > 0:  # instants that have passed; the latest of them is read now
             self.dropped += behind
             self._next += behind
-        self._ended.wait(max(0.0, self._begin + self._next * self._period - now))
+        if self._ended.wait(max(0.0, self._begin + self._next * self._period - now)):
+            raise StopIteration
         self._next += 1
         return self._read()
