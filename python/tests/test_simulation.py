@@ -85,6 +85,14 @@ def test_the_end_of_python_takes_the_robot_down() -> None:
     assert not Path(directory).exists()
 
 
+def test_a_program_that_ignores_the_end_of_its_children_ends_a_robot() -> None:
+    program = (
+        "import corbot, signal, time\nsignal.signal(signal.SIGCHLD, signal.SIG_IGN)\n"
+        "with corbot.simulated():\n    begun = time.monotonic()\nprint(time.monotonic() - begun)"
+    )
+    assert float(subprocess.check_output([sys.executable, "-c", program], text=True)) < 10.0
+
+
 @pytest.mark.parametrize("end", ["sys.exit()", "robot.end()"])
 def test_the_end_of_a_fork_leaves_the_robot_up(end: str) -> None:
     program = (

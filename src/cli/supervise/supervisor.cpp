@@ -46,6 +46,7 @@ Supervisor::Supervisor(Options options) : options_(std::move(options)), notify_(
   struct sigaction hang_up {};
   ::sigaction(SIGHUP, nullptr, &hang_up);
   if (hang_up.sa_handler != SIG_IGN) sigaddset(&set, SIGHUP);  // ignored: under nohup
+  ::signal(SIGCHLD, SIG_DFL);  // if its parent ignored it, the kernel would report no child's end
   sigprocmask(SIG_BLOCK, &set, nullptr);
   signal_fd_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   if (signal_fd_ < 0)
