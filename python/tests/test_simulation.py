@@ -47,7 +47,8 @@ def test_a_program_that_outlives_corbot_leaves_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     program = tmp_path / "corbot"
-    write = 'i=0; while [ $i -lt 30 ]; do mkdir -p "$0"; : > "$0/$i"; sleep 0.01; i=$((i+1)); done; : > "$1"'
+    steps = 'mkdir -p "$0"; true > "$0/$i"'  # `:` would end the shell where the directory has just gone
+    write = f'i=0; while [ $i -lt 30 ]; do {steps}; sleep 0.01; i=$((i+1)); done; : > "$1"'
     begin = f"sh -c '{write}' \"$XDG_RUNTIME_DIR/state\" {tmp_path}/ended &"
     program.write_text(f"#!/bin/sh\n{begin}\nexit 1\n")
     program.chmod(0o755)
