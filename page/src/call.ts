@@ -13,6 +13,12 @@ export interface Order {
   time_s?: number;
 }
 
+/// A program for `corbot run`, and the name of its file.
+export interface Program {
+  name: string;
+  text: string;
+}
+
 /// Returns "" if the robot has accepted the call, otherwise the reason why it has not. The panel's own
 /// refusals are plain text.
 export function readCallReply(status: number, body: string): string {
@@ -23,14 +29,30 @@ export function readCallReply(status: number, body: string): string {
 }
 
 /// Makes a call, once. The reply does not wait for a motion.
-export async function call(token: string, target: Target, order: Order, send = fetch): Promise<string> {
+export function call(token: string, target: Target, order: Order, send = fetch): Promise<string> {
+  return post("/api/call", token, { ...target, ...order }, send);
+}
+
+/// The panel refuses a larger body of a request.
+const MOST_PROGRAM_BYTES = 65_536;
+
+/// Starts a program. Returns "" if the panel has found no fault and has started it, otherwise the reason.
+export async function runProgram(token: string, robot: string, program: Program,
+                                 send = fetch): Promise<string> {
+  const body = { robot, name: program.name, text: program.text };
+  const bytes = new TextEncoder().encode(JSON.stringify(body)).length;
+  if (bytes > MOST_PROGRAM_BYTES) return T.programTooLarge(bytes, MOST_PROGRAM_BYTES);
+  return post("/api/program", token, body, send);
+}
+
+async function post(path: string, token: string, body: object, send: typeof fetch): Promise<string> {
   try {
-    const reply = await send("/api/call", {
+    const reply = await send(path, {
       method: "POST",
       headers: { ...authorization(token), "Content-Type": "application/json" },
       cache: "no-store",
       signal: AbortSignal.timeout(TIMEOUT_MS),
-      body: JSON.stringify({ ...target, ...order }),
+      body: JSON.stringify(body),
     });
     return readCallReply(reply.status, await reply.text());
   } catch (error) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page: its frame, and the robot or cell that the address names.
 
-import { call, type Order } from "./call.js";
+import { call, type Order, type Program, runProgram } from "./call.js";
 import type { CellDescription, CellUpdate } from "./cell_state.js";
 import { CellView } from "./cell_view.js";
 import { Connection } from "./connection.js";
@@ -114,6 +114,10 @@ class Page {
     return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : call(this.token, { robot }, order);
   }
 
+  private async runProgram(robot: string, program: Program): Promise<string> {
+    return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : runProgram(this.token, robot, program);
+  }
+
   private async driveCell(cell: string, order: Order): Promise<string> {
     return this.isCellOld(cell) ? T.stateIsOld : call(this.token, { cell }, order);
   }
@@ -164,7 +168,8 @@ class Page {
       setText(this.heading, wanted || T.choose);
       if (description && description.joints.length > 0) {
         const send = this.mayDrive ? (order: Order) => this.drive(wanted, order) : null;
-        this.view = { robot: wanted, root: new RobotView(description, send) };
+        const run = this.mayDrive ? (program: Program) => this.runProgram(wanted, program) : null;
+        this.view = { robot: wanted, root: new RobotView(description, send, run) };
         const arm = this.newest.arm(wanted);
         if (arm) this.view.root.take(arm);
         this.content.replaceChildren(this.view.root.root);
@@ -225,6 +230,7 @@ class Page {
       : this.view !== null && this.isOld(wanted));
     const arm = this.newest.arm(wanted);
     if (this.view && arm) this.view.root.refresh(arm);
+    this.view?.root.showProgram(this.newest.update(wanted)?.program ?? null);
   }
 
   /// The links of the cells precede those of the robots.

@@ -5,7 +5,8 @@ import { Arm3d } from "./arm3d.js";
 import { absentControls, Controls, type Send } from "./controls.js";
 import { el, fixed, section, setText, timeOfDay } from "./dom.js";
 import { Plots } from "./plots.js";
-import { type ArmState, type Description, rollPitchYaw_deg } from "./state.js";
+import { ProgramView, type Run } from "./program_view.js";
+import { type ArmState, type Description, type ProgramState, rollPitchYaw_deg } from "./state.js";
 import { remedy, T } from "./texts.js";
 
 /// A label, its value, and if the value asks for attention.
@@ -61,13 +62,16 @@ export class RobotView {
   private readonly drawing: Arm3d | null;
   private readonly legend = el("p", { class: "legend" });
 
-  /// `send` is null without the right to drive.
-  constructor(private readonly description: Description, send: Send | null) {
+  private readonly program: ProgramView;
+
+  /// `send` and `run` are null without the right to drive.
+  constructor(private readonly description: Description, send: Send | null, run: Run | null) {
+    this.program = new ProgramView(run);
     this.plots = new Plots(description.robot, description.joints);
     this.drawing = this.makeDrawing();
     const fields = FIELDS.map(([heading, rows]) => this.fields(heading, rows));
     this.root = el("div", { class: "robot" }, this.view(), this.alarms(), this.joints(), this.drive(send),
-                   ...fields, this.servant(), this.plots.root);
+                   this.program.root, ...fields, this.servant(), this.plots.root);
   }
 
   /// Takes each state: the drawing and the plots need all.
@@ -81,6 +85,10 @@ export class RobotView {
     for (const refresh of this.refreshers) refresh(arm);
     this.plots.draw();
     setText(this.legend, arm.measured ? T.viewLegend : T.viewLegendOne);
+  }
+
+  showProgram(program: ProgramState | null): void {
+    this.program.show(program);
   }
 
   close(): void {

@@ -35,12 +35,26 @@ export interface ArmState {
   alarms: Alarm[];
 }
 
+/// The program that runs on a robot, or ran last. The fields are those of the panel's state.
+export interface ProgramState {
+  name: string;
+  state: string; // "runs", "done", "stopped" or "failed"
+  line: number;
+  statement: string;
+  index: number;
+  count: number;
+  progress: number;
+  text: string; // why it ended
+  remark: string;
+}
+
 /// The newest news of a robot. Without an arm the text says why there is no state.
 export interface Update {
   robot: string;
   number: number;
   connection: number;
   arm: ArmState | null;
+  program: ProgramState | null; // null: there was none
   text: string;
 }
 
@@ -126,6 +140,16 @@ function armState(data: Data): ArmState {
   };
 }
 
+function programState(value: unknown): ProgramState | null {
+  const data = object(value);
+  if (typeof data.state !== "string") return null;
+  return {
+    name: text(data.name), state: data.state, line: number(data.line), statement: text(data.statement),
+    index: number(data.index), count: number(data.count), progress: number(data.progress),
+    text: text(data.text), remark: text(data.remark),
+  };
+}
+
 /// Returns a robot's state from a message of the WebSocket; null if the message is none.
 export function parseUpdate(message: string): Update | null {
   const data = object(parseJson(message));
@@ -135,6 +159,7 @@ export function parseUpdate(message: string): Update | null {
     number: data.number,
     connection: number(data.connection),
     arm: data.connected === true ? armState(data) : null,
+    program: programState(data.program),
     text: text(data.text),
   };
 }

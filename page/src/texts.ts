@@ -111,6 +111,26 @@ export const T = {
   callUnclear: "the panel's reply is invalid. Watch the arm.",
   stateIsOld: "the shown state is old. Wait until the robot is connected again.",
 
+  program: "Program",
+  programHint: "Commands as 'corbot run' takes them, one a line. The Stop ends the program, too.",
+  programFile: "File",
+  programText: "Program",
+  pasted: "pasted",
+  runProgram: "Run the program",
+  programNone: "No program has run.",
+  programEmpty: "there is no text. Choose a file, or paste a program.",
+  programUnread: (why: string): string => `the browser cannot read the file (${why})`,
+  programTooLarge: (bytes: number, limit: number): string =>
+    `it has ${bytes} bytes as a message: at most ${limit} are allowed. Use 'corbot run'.`,
+  programRuns: (name: string, line: number, statement: string): string =>
+    (line > 0 ? `${name} runs. Line ${line}: ${statement}` : `${name} begins.`),
+  programEnded: {
+    done: (name: string): string => `${name} is done.`,
+    stopped: (name: string): string => `${name} was stopped.`,
+    failed: (name: string): string => `${name} failed.`,
+  } as Record<string, (name: string) => string>,
+  programAt: (step: number, count: number): string => `${step} of ${count}`,
+
   view: "Arm",
   viewLabel: "The arm in three dimensions. The tables show the same values.",
   viewLegend: "Solid: set-points. Translucent: measured.",

@@ -75,7 +75,7 @@ test("The last state stays and ages while the robot is lost", () => {
   const newest = new Newest();
   newest.put(update(1), 1000);
   assert.ok(Math.abs(newest.age_s("arm", 3000) - 2.01) < 1e-9);
-  newest.put({ robot: "arm", number: 2, connection: 1, arm: null, text: "gone" }, 4000);
+  newest.put({ robot: "arm", number: 2, connection: 1, arm: null, program: null, text: "gone" }, 4000);
   assert.equal(newest.update("arm")?.text, "gone");
   assert.equal(newest.arm("arm")?.state, "Waiting");
   assert.ok(Math.abs(newest.age_s("arm", 5000) - 4.01) < 1e-9);

@@ -41,6 +41,7 @@ using client::ExitCode;
 using client::Failure;
 using client::find_robot;
 using client::OnSignal;
+using client::Program;
 using client::read_state;
 using client::Request;
 using client::spec_of;

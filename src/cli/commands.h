@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/program.h"
 #include "cli/record.h"
 #include "client/failure.h"
+#include "client/program.h"
 #include "client/request.h"
 
 // The sub-commands that are clients of a robot. Each throws Failure.

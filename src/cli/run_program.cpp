@@ -18,6 +18,8 @@ namespace corbot::cli {
 using client::Client;
 using client::ExitCode;
 using client::Failure;
+using client::Program;
+using client::Statement;
 using client::to_string;
 
 namespace {
@@ -76,18 +78,9 @@ std::string bar(double ratio, std::size_t width) {
 }
 
 Program load_program(const std::string& file) {
-  Program program = parse_program(read_program(file));
+  Program program = client::parse_program(client::read_program(file));
   program.name = file == "-" ? "<standard input>" : file;
-  if (!program.faults.empty()) {
-    const std::size_t count = program.faults.size();
-    throw Failure(ExitCode::kUsage,
-                  describe_faults(program, program.name) +
-                      fmt::format("{} line{} to fix; nothing moved", count, count == 1 ? "" : "s"));
-  }
-  if (program.statements.empty()) {
-    throw Failure(ExitCode::kUsage,
-                  fmt::format("{}: the program has no command; nothing moved", program.name));
-  }
+  client::check_program(program);
   return program;
 }
 
@@ -124,16 +117,14 @@ void check_reach(const Program& program, const std::string& profile, const std::
 void run_program(Client& client, const Program& program) {
   Display display(program.statements.size(), ::isatty(STDOUT_FILENO) == 1);
   const auto begin = Clock::now();
-  for (std::size_t i = 0; i < program.statements.size(); ++i) {
-    const Statement& statement = program.statements[i];
-    display.begin(i, statement);
-    try {
+  try {
+    client::carry_out(program, [&](std::size_t index, const Statement& statement) {
+      display.begin(index, statement);
       display.remark(client.perform(statement.request, [&](double progress) { display.draw(progress); }));
-    } catch (const Failure& failure) {
-      display.end();
-      throw Failure(failure.code(), fmt::format("{}:{}: {}: {}{}", program.name, statement.line,
-                                                statement.text, failure.what(), describe_others(program, i)));
-    }
+    });
+  } catch (const Failure&) {
+    display.end();
+    throw;
   }
   display.end();
   fmt::print("done: {} in {:.1f} s\n", counted(program), seconds_since(begin));

@@ -247,6 +247,10 @@ json CellPort::call(const client::Request& request) {
   return {{"done", true}};
 }
 
+std::unique_ptr<Performer> CellPort::performer() {
+  throw Failure(ExitCode::kUsage, "a cell runs no program: its coordinator moves its robots");
+}
+
 std::shared_ptr<const std::string> CellPort::picture() const {
   const std::lock_guard lock(mutex_);
   return picture_;

@@ -28,6 +28,8 @@ class CellPort : public Port {
   void stop() override;
   /// kResume starts the work and ends a pause, kPause pauses it.
   [[nodiscard]] nlohmann::json call(const client::Request& request) override;
+  /// A cell runs no program. Throws client::Failure.
+  [[nodiscard]] std::unique_ptr<Performer> performer() override;
   [[nodiscard]] std::shared_ptr<const std::string> picture() const override;
 
  private:

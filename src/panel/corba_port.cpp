@@ -87,6 +87,19 @@ Corbot::Arm_var own_arm(CORBA::ORB_ptr orb, const client::Address& address, CORB
                       [&] { return Corbot::Arm_var(own_reference<Corbot::Arm>(shared.in(), group)); });
 }
 
+class CorbaPerformer : public Performer {
+ public:
+  CorbaPerformer(const client::Address& address, CORBA::ORB_ptr orb, Corbot::Arm_ptr arm)
+      : client_(address, orb, arm) {}
+  std::string perform(const client::Request& request, const client::ProgressReport& report) override {
+    return client_.perform(request, report);
+  }
+  void begin_cancel() noexcept override { client_.begin_cancel(); }
+
+ private:
+  client::Client client_;
+};
+
 }  // namespace
 
 CORBA::ORB_var start_panel_orb() {
@@ -176,15 +189,13 @@ json CorbaPort::call(const client::Request& request) {
   check_connection(way);
   json reply{{"done", true}};
   if (request.verb == client::Verb::kAcquire) {
-    control_ = client::call(way.address, [&] {
-      const Corbot::Arm_var control = way.arm->Acquire(kHolder, request.lease_s);
-      return Corbot::Arm_var(own_reference<Corbot::Arm>(control.in(), kCallConnections));
-    });
-    omniORB::setClientCallTimeout(control_.in(), kRestTimeout_ms);
+    const auto acquired = client::call(
+        way.address, [&] { return Corbot::Arm_var(way.arm->Acquire(kHolder, request.lease_s)); });
+    set_control(acquired.in());
     return reply;
   }
-  client::Client robot(way.address, orb_.in(), CORBA::is_nil(control_) ? way.arm.in() : control_.in());
-  if (request.verb == client::Verb::kRelease) control_ = Corbot::Arm::_nil();
+  client::Client robot(way.address, orb_.in(), with_control(way.arm.in(), kCallConnections).in());
+  if (request.verb == client::Verb::kRelease) set_control(Corbot::Arm::_nil());
   try {
     if (const auto ticket = robot.send(request)) reply["ticket"] = *ticket;
   } catch (const client::Failure&) {
@@ -194,11 +205,36 @@ json CorbaPort::call(const client::Request& request) {
   return reply;
 }
 
+std::unique_ptr<Performer> CorbaPort::performer() {
+  const Way way = new_way(orb_.in(), client::find_robot(robot_), kProgramConnections);
+  check_connection(way);
+  const Corbot::Arm_var arm = with_control(way.arm.in(), kProgramConnections);
+  return std::make_unique<CorbaPerformer>(way.address, orb_.in(), arm.in());
+}
+
+Corbot::Arm_var CorbaPort::control() const {
+  const std::lock_guard lock(mutex_);
+  return control_;
+}
+
+void CorbaPort::set_control(Corbot::Arm_ptr control) {
+  const std::lock_guard lock(mutex_);
+  control_ = Corbot::Arm::_duplicate(control);
+}
+
+Corbot::Arm_var CorbaPort::with_control(Corbot::Arm_ptr arm, CORBA::ULong group) const {
+  const Corbot::Arm_var held = control();
+  if (CORBA::is_nil(held.in())) return Corbot::Arm::_duplicate(arm);
+  Corbot::Arm_var own = own_reference<Corbot::Arm>(held.in(), group);
+  omniORB::setClientCallTimeout(own.in(), kRestTimeout_ms);
+  return own;
+}
+
 void CorbaPort::forget_ended_control(const Way& way) {
-  if (CORBA::is_nil(control_)) return;
+  if (CORBA::is_nil(control().in())) return;
   try {
     const Corbot::ControlInfo_var control = way.arm->Control();
-    if (*control->holder.in() == '\0') control_ = Corbot::Arm::_nil();
+    if (*control->holder.in() == '\0') set_control(Corbot::Arm::_nil());
   } catch (const CORBA::Exception&) {
     // The caller reports the first failure.
   }

@@ -12,7 +12,7 @@ namespace corbot::panel {
 /// Starts the ORB of a panel. Call it before the process starts any other ORB. Throws client::Failure.
 [[nodiscard]] CORBA::ORB_var start_panel_orb();
 
-/// An arm behind CORBA. Polls, Stops and calls never share a connection.
+/// An arm behind CORBA. Polls, Stops, calls and programs never share a connection.
 class CorbaPort : public Port {
  public:
   /// Calls nothing. Each connect() passes `robot` to client::find_robot again.
@@ -23,6 +23,8 @@ class CorbaPort : public Port {
   void stop() override;
   /// After an acquire, calls have control of the arm until a release or the end of the lease.
   [[nodiscard]] nlohmann::json call(const client::Request& request) override;
+  /// A program has control of the arm if this panel has it at the program's start.
+  [[nodiscard]] std::unique_ptr<Performer> performer() override;
 
  private:
   /// A reference for Stops or for calls, and the address of its arm.
@@ -37,6 +39,10 @@ class CorbaPort : public Port {
   /// Throws if the arm does not answer, so that no motion reaches it late. Opens its connection again if the
   /// servant has closed it.
   static void check_connection(const Way& way);
+  [[nodiscard]] Corbot::Arm_var control() const;
+  void set_control(Corbot::Arm_ptr control);
+  /// Returns the reference that has control; without control `arm`.
+  [[nodiscard]] Corbot::Arm_var with_control(Corbot::Arm_ptr arm, CORBA::ULong group) const;
   /// Uses the arm's own reference again if control has ended.
   void forget_ended_control(const Way& way);
 
@@ -50,7 +56,7 @@ class CorbaPort : public Port {
   mutable std::mutex mutex_;
   Way stop_way_;
   Way call_way_;
-  Corbot::Arm_var control_;  // only the calling thread uses it; nil: this panel has no control
+  Corbot::Arm_var control_;  // nil: this panel has no control; the calling thread writes it
 };
 
 }  // namespace corbot::panel

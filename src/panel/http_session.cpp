@@ -8,6 +8,7 @@
 #include "client/failure.h"
 #include "panel/access.h"
 #include "panel/call_request.h"
+#include "panel/program_request.h"
 #include "panel/socket_session.h"
 
 namespace corbot::panel {
@@ -26,6 +27,8 @@ constexpr const char* kText = "text/plain; charset=utf-8";
 constexpr const char* kJson = "application/json";
 constexpr std::string_view kCells = "/api/cells/";
 constexpr std::string_view kPicture = "/picture";
+constexpr std::string_view kProgram = "/api/program";
+constexpr const char* kMayNotDrive = "this token allows to watch and to stop: open the URL to drive";
 /// The page runs only its own scripts, connects only to this server, and cannot be embedded in another page.
 constexpr const char* kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; font-src 'self'; "
@@ -57,7 +60,7 @@ void HttpSession::close() { stream_.close(); }
 void HttpSession::read() {
   parser_.emplace();
   parser_->header_limit(kMostHeaderBytes);
-  parser_->body_limit(kMostBodyBytes);
+  parser_->body_limit(kMostProgramBodyBytes);
   begin_idle();
   stream_.expires_after(hub_.settings.idle);
   http::async_read(stream_, buffer_, *parser_,
@@ -69,7 +72,7 @@ void HttpSession::on_read(beast::error_code error) {
   if (error == http::error::end_of_stream) return drain();
   if (error == http::error::header_limit || error == http::error::buffer_overflow)
     return refuse(Status::request_header_fields_too_large, "the header is too large");
-  if (error == http::error::body_limit) return refuse(Status::payload_too_large, "the body is too large");
+  if (error == http::error::body_limit) return refuse_body(kMostProgramBodyBytes);
   if (error && error.category() == http::make_error_code(http::error::bad_method).category())
     return refuse(Status::bad_request, "this is not an HTTP request");
   if (error) return;  // closed, or idle for too long
@@ -83,6 +86,7 @@ void HttpSession::respond(const Request& request) {
     return refuse(Status::forbidden, "this host name or origin is not allowed here");
   const std::string_view target = view(request.target());
   const std::string_view path = target.substr(0, target.find('?'));
+  if (path != kProgram && request.body().size() > kMostBodyBytes) return refuse_body(kMostBodyBytes);
   if (path == "/ws" || path.starts_with("/api/")) {
     if (!may_watch(request)) return refuse(Status::unauthorized, "the token is missing or wrong");
     return respond_to_api(request, path);
@@ -102,9 +106,10 @@ void HttpSession::respond_to_api(const Request& request, std::string_view path) 
   const bool is_post = request.method() == http::verb::post;
   if (path == "/api/stop" && is_post) return take_stop(request);
   if (path == "/api/call" && is_post) return take_call(request);
+  if (path == kProgram && is_post) return take_program(request);
   refuse(Status::not_found,
          "there is GET /ws, /api/robots, /api/cells, /api/cells/NAME/picture and /api/rights, and POST "
-         "/api/stop and /api/call");
+         "/api/stop, /api/call and /api/program");
 }
 
 void HttpSession::take_stop(const Request& request) {
@@ -121,8 +126,7 @@ void HttpSession::take_stop(const Request& request) {
 }
 
 void HttpSession::take_call(const Request& request) {
-  if (!may_drive(request))
-    return refuse(Status::forbidden, "this token allows to watch and to stop: open the URL to drive");
+  if (!may_drive(request)) return refuse(Status::forbidden, kMayNotDrive);
   const json body = json::parse(request.body(), nullptr, false);
   Watch* const watch = hub_.find(body);
   if (watch == nullptr)
@@ -138,6 +142,25 @@ void HttpSession::take_call(const Request& request) {
   end_idle();
   stream_.expires_never();  // the time-out of the robot's port limits the call
   on_change();
+}
+
+void HttpSession::take_program(const Request& request) {
+  if (!may_drive(request)) return refuse(Status::forbidden, kMayNotDrive);
+  const json body = json::parse(request.body(), nullptr, false);
+  Watch* const watch = hub_.find(body);
+  if (watch == nullptr || !watch->is_for(Watched::kRobot))
+    return refuse_call(
+        Status::bad_request,
+        "write {\"robot\": NAME, \"name\": FILE, \"text\": PROGRAM} with a robot of this panel");
+  try {
+    client::Program program = program_request(body);
+    const std::size_t count = program.statements.size();
+    if (!watch->start_program(std::move(program)))
+      return refuse_call(Status::conflict, "busy: a program runs on this robot; stop it first");
+    send(Status::ok, kJson, dump({{"done", true}, {"commands", count}}));
+  } catch (const client::Failure& failure) {
+    refuse_call(Status::bad_request, failure.what());
+  }
 }
 
 void HttpSession::on_change() {
@@ -183,6 +206,10 @@ void HttpSession::open_socket(const Request& request) {
 }
 
 void HttpSession::refuse(Status status, const std::string& text) { send(status, kText, text + "\n"); }
+
+void HttpSession::refuse_body(std::size_t limit) {
+  refuse(Status::payload_too_large, "the body is larger than " + std::to_string(limit) + " bytes");
+}
 
 void HttpSession::refuse_call(Status status, const std::string& text) {
   send(status, kJson, dump({{"text", text}}));

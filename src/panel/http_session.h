@@ -29,10 +29,12 @@ class HttpSession : public Session {
   void respond_to_api(const Request& request, std::string_view path);
   void take_stop(const Request& request);
   void take_call(const Request& request);
+  void take_program(const Request& request);
   void send_file(std::string_view path);
   void send_picture(std::string_view path);
   void open_socket(const Request& request);
   void refuse(Status status, const std::string& text);
+  void refuse_body(std::size_t limit);
   /// Sends {"text": TEXT}.
   void refuse_call(Status status, const std::string& text);
   void send(Status status, const char* type, std::string body);

@@ -146,10 +146,11 @@ void announce(const ServerSettings& server, int port, const Tokens& tokens) {
   const std::string host = !is_any(server.host)        ? in_brackets(server.host)
                            : server.more_hosts.empty() ? "127.0.0.1"
                                                        : server.more_hosts.front();
-  client::notice(stdout, fmt::format("watch and stop: http://{0}:{1}/#token={2}\n"
-                                     "drive as well:  http://{0}:{1}/#token={3}\n"
-                                     "panel ready; Ctrl-C ends it, and stops no robot\n",
-                                     host, port, tokens.watch, tokens.drive));
+  client::notice(stdout,
+                 fmt::format("watch and stop: http://{0}:{1}/#token={2}\n"
+                             "drive as well:  http://{0}:{1}/#token={3}\n"
+                             "panel ready; Ctrl-C ends it, and stops only a robot whose program it runs\n",
+                             host, port, tokens.watch, tokens.drive));
 }
 
 fs::path token_path(const Options& options, int port) {

@@ -10,6 +10,7 @@ namespace corbot::panel {
 inline constexpr CORBA::ULong kStopConnections = 1;
 inline constexpr CORBA::ULong kCallConnections = 2;
 inline constexpr CORBA::ULong kCameraConnections = 3;
+inline constexpr CORBA::ULong kProgramConnections = 4;
 inline constexpr CORBA::ULong kMostConnections = 4;
 
 /// A call that returns when arms are at rest needs more time than a poll.

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/request.h"
+#include "panel/performer.h"
 
 namespace corbot::panel {
 
@@ -28,6 +29,8 @@ class Port {
   /// Starts a motion, or executes another request, without a wait for a motion. Returns an object for the
   /// reply. A third thread calls it.
   [[nodiscard]] virtual nlohmann::json call(const client::Request& request) = 0;
+  /// Connects anew, for one program. The program's thread calls it.
+  [[nodiscard]] virtual std::unique_ptr<Performer> performer() = 0;
   /// Returns the newest picture of a camera, a JPEG file; null if there is none. Any thread may call it.
   [[nodiscard]] virtual std::shared_ptr<const std::string> picture() const { return nullptr; }
 };

@@ -21,6 +21,8 @@ namespace corbot::panel {
 ///                      It needs the token to drive. Status 200: the robot has accepted it.
 ///                      {"done": true, "ticket": N} is the reply to a motion, which goes on.
 ///                      Status 409: the robot refuses; {"text": REASON}. Status 400: the body is wrong.
+///   POST /api/program  runs a program on a robot: {"robot": NAME, "name": FILE, "text": PROGRAM}. It needs
+///                      the token to drive, and does not wait: the robot's states have the key "program".
 ///   GET /ws            a WebSocket. It sends each robot's and cell's newest state, at most 50 a second.
 ///                      It accepts {"stop": {}}, whose object is like the body above.
 ///

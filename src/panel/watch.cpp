@@ -16,7 +16,14 @@ constexpr std::chrono::milliseconds kStopTries{1000};
 }  // namespace
 
 Watch::Watch(std::string name, std::unique_ptr<Port> port, Watched what)
-    : name_(std::move(name)), port_(std::move(port)), what_(what) {}
+    : name_(std::move(name)),
+      port_(std::move(port)),
+      what_(what),
+      programs_({[this] { return port_->performer(); }, [this] { request_stop(); },
+                 [this] {
+                   const std::lock_guard lock(mutex_);
+                   wake_.notify_all();
+                 }}) {}
 
 Watch::~Watch() {
   end();
@@ -33,6 +40,7 @@ void Watch::start(std::function<void()> changed) {
 }
 
 void Watch::end() {
+  if (programs_.is_running()) request_stop();
   const std::lock_guard lock(mutex_);
   ending_ = true;
   wake_.notify_all();
@@ -49,6 +57,7 @@ nlohmann::json Watch::description() const {
 }
 
 std::uint64_t Watch::request_stop() {
+  programs_.cancel();
   const std::lock_guard lock(mutex_);
   wake_.notify_all();
   return ++stops_requested_;
@@ -67,6 +76,8 @@ std::shared_ptr<const Watch::Call> Watch::request_call(client::Request request) 
   return call_;
 }
 
+bool Watch::start_program(client::Program program) { return programs_.start(std::move(program)); }
+
 bool Watch::sleep_until(Clock::time_point time) {
   std::unique_lock lock(mutex_);
   return !wake_.wait_until(lock, time, [&] { return ending_; });
@@ -74,6 +85,7 @@ bool Watch::sleep_until(Clock::time_point time) {
 
 void Watch::publish(nlohmann::json state) {
   state[key()] = name_;
+  if (what_ == Watched::kRobot) state["program"] = programs_.state();
   {
     const std::lock_guard lock(mutex_);
     state["number"] = ++newest_.number;
@@ -115,7 +127,10 @@ void Watch::poll_until_failure() {
 void Watch::run_stops() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [&] { return (ending_ && !call_) || stops_requested_ != last_stop_.number; });
+    wake_.wait(lock, [&] {
+      const bool may_end = ending_ && !call_ && !programs_.is_running();
+      return may_end || stops_requested_ != last_stop_.number;
+    });
     const std::uint64_t number = stops_requested_;
     if (number == last_stop_.number) return;
     lock.unlock();

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "panel/port.h"
+#include "panel/program_runner.h"
 
 namespace corbot::panel {
 
@@ -19,8 +20,8 @@ namespace corbot::panel {
 enum class Watched { kRobot, kCell };
 
 /// Watches one robot or cell. One thread polls the state, a robot's at 50 Hz and a cell's at 6 Hz, and
-/// connects again after a failure. Another thread stops the arms, and a third one makes calls, so a poll or a
-/// call that hangs delays no Stop. Thread-safe.
+/// connects again after a failure. Another thread stops the arms, a third one makes calls, and a fourth one
+/// runs programs, so a poll, a call or a program that hangs delays no Stop. Thread-safe.
 class Watch {
  public:
   /// The newest state as JSON, or the reason why there is none. `number` rises with each text; 0: no text
@@ -57,7 +58,7 @@ class Watch {
   /// Call start() once.
   void start(std::function<void()> changed);
   /// Requests the end of the threads, and does not wait. They still carry out a Stop that was requested
-  /// before.
+  /// before. If a program runs, they stop the robot.
   void end();
 
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
@@ -69,13 +70,17 @@ class Watch {
   /// Returns the last result of the port's connect(); an empty object before the first.
   [[nodiscard]] nlohmann::json description() const;
 
-  /// Requests a Stop and does not wait. Returns the number of the Stop, to be compared with last_stop().
+  /// Requests a Stop, which also ends a program, and does not wait. Returns the number of the Stop, to be
+  /// compared with last_stop().
   std::uint64_t request_stop();
   [[nodiscard]] StopResult last_stop() const;
 
   /// Requests a call and does not wait. Returns null if another call is in progress. A Stop that is requested
   /// before the call has ended also stops the motion that the call starts.
   [[nodiscard]] std::shared_ptr<const Call> request_call(client::Request request);
+
+  /// Starts a program without faults, and does not wait. Returns false if another one still runs.
+  [[nodiscard]] bool start_program(client::Program program);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -106,6 +111,8 @@ class Watch {
   std::uint64_t stops_requested_{0};
   StopResult last_stop_;
   std::shared_ptr<Call> call_;  // null: none is in progress
+
+  ProgramRunner programs_;
 
   std::thread polls_;
   std::thread stops_;

@@ -45,13 +45,15 @@ export class FakeRobot {
   version = "1.0";
   alarms: Data[] = [];
   override_percent = 100;
+  program: Data | null = null;
   number = 0;
 
   constructor(readonly name: string) {}
 
   tick(): string {
     if (this.state === "Waiting") this.joints_deg[0] = (this.joints_deg[0] ?? 0) + 20 * TICK_MS / 1000;
-    const head = { robot: this.name, number: ++this.number, connection: this.connections };
+    const head = { robot: this.name, number: ++this.number, connection: this.connections,
+                   program: this.program };
     if (!this.isConnected) return JSON.stringify({ ...head, connected: false, text: "no servant at ::1" });
     const angle = (this.joints_deg[0] ?? 0) * Math.PI / 180;
     const motion = this.state === "Waiting" ? { ticket: 7, progress: 0.4, duration_s: 3 } : null;
@@ -78,9 +80,10 @@ export class FakeRobot {
 
 export class FakePanel {
   readonly robots: FakeRobot[];
-  /// Bodies of the Stops and calls that came.
+  /// Bodies of the Stops, calls and programs that came.
   readonly stops: string[] = [];
   readonly calls: Data[] = [];
+  readonly programs: Data[] = [];
   /// The reason for which the next calls are refused.
   refusal = "";
   private readonly sockets = new Set<Socket>();
@@ -161,6 +164,10 @@ export class FakePanel {
     if (path === "/api/rights") return send(200, { drive: token === DRIVE_TOKEN });
     if (path === "/api/stop") return send(200, { robots: this.stop(body) });
     if (token !== DRIVE_TOKEN) return send(403, { text: "this token may not drive" });
+    if (path === "/api/program") {
+      this.programs.push(JSON.parse(body) as Data);
+      return this.refusal ? send(400, { text: this.refusal }) : send(200, { done: true, commands: 2 });
+    }
     this.calls.push(JSON.parse(body) as Data);
     if (this.refusal) return send(409, { text: this.refusal });
     this.call(JSON.parse(body) as Data);

@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -154,6 +155,52 @@ TEST_F(PanelProgram, MovesARobotWhenItsControlHasEnded) {
   EXPECT_EQ(ended.result(), http::status::conflict);
   EXPECT_THAT(ended.body(), HasSubstr("control has ended"));
   EXPECT_EQ(call({{"do", "ready"}}).result(), http::status::ok);
+}
+
+TEST_F(PanelProgram, RunsAProgramAndStopsItWithItsRobot) {
+  start_panel();
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  const auto run = [&](const std::string& text) {
+    const json body{{"robot", reference_}, {"name", "p.corbot"}, {"text", text}};
+    return ask(drive_, http::verb::post, "/api/program", body.dump());
+  };
+  const auto read_until = [&](const std::string& state, int line) {
+    const test::Deadline deadline = within(60);
+    for (json update = page.read(); update.is_object(); update = page.read()) {
+      const json program = update.value("program", json());
+      if (program.is_object() && program["state"] == state && program["line"] == line) return program;
+      if (std::chrono::steady_clock::now() > deadline) break;
+    }
+    return json::object({{"text", "no such state"}});
+  };
+  const Response wrong = run("ready\nmove 1\n");
+  EXPECT_EQ(wrong.result(), http::status::bad_request);
+  EXPECT_THAT(wrong.body(), HasSubstr("p.corbot:2: "));
+
+  ASSERT_EQ(run("speed 100\nmove 0.20 0.10 0.10\n").result(), http::status::ok);
+  EXPECT_EQ(read_until("done", 2)["text"], "");
+  EXPECT_NEAR(arm_->CartCoord().x, 0.20, 1e-3);
+
+  ASSERT_EQ(run("open\nmove 2 0 0\nready\n").result(), http::status::ok);
+  EXPECT_THAT(read_until("failed", 2)["text"].get<std::string>(),
+              HasSubstr("p.corbot:2: move 2 0 0: refused: (2, 0, 0) m is out of reach"));
+
+  ASSERT_EQ(run("move 0.15 -0.05 0.10 --time 60\nready\n").result(), http::status::ok);
+  ASSERT_TRUE(wait_until(within(30), [&] { return arm_->State()->motion.id != 0; }));
+  EXPECT_EQ(run("ready\n").result(), http::status::conflict);
+  EXPECT_EQ(ask(watch_, http::verb::post, "/api/stop").result(), http::status::ok);
+  EXPECT_THAT(read_until("stopped", 1)["text"].get<std::string>(), HasSubstr("line 2 was not begun"));
+  EXPECT_EQ(arm_->State()->motion.id, 0);
+}
+
+TEST_F(PanelProgram, APanelThatEndsStopsTheRobotOfItsProgram) {
+  start_panel();
+  const json body{{"robot", reference_}, {"name", "p"}, {"text", "move 0.15 -0.05 0.10 --time 60\nready"}};
+  ASSERT_EQ(ask(drive_, http::verb::post, "/api/program", body.dump()).result(), http::status::ok);
+  ASSERT_TRUE(wait_until(within(30), [&] { return arm_->State()->motion.id != 0; }));
+  const Corbot::Ticket ticket = arm_->State()->motion.id;
+  EXPECT_EQ(panel_->terminate(), 0) << panel_->errors();
+  EXPECT_EQ(arm_->Progress(ticket)->state, Corbot::MotionStopped);
 }
 
 TEST_F(PanelProgram, MovesARobotThatHasStartedAgain) {

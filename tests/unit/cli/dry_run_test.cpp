@@ -15,6 +15,9 @@
 namespace corbot::cli {
 namespace {
 
+using client::parse_program;
+using client::Program;
+using client::Statement;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;

@@ -19,10 +19,10 @@
 #include <vector>
 
 #include "cli/plot/plan_plot.h"
-#include "cli/program.h"
 #include "cli/record.h"
 #include "cli/run_program.h"
 #include "client/failure.h"
+#include "client/program.h"
 #include "client/write_file.h"
 #include "config/load_profile.h"
 #include "support/paths.h"
@@ -32,6 +32,9 @@ namespace {
 
 using client::ExitCode;
 using client::Failure;
+using client::parse_program;
+using client::Program;
+using client::Statement;
 using testing::HasSubstr;
 using testing::Not;
 

@@ -6,17 +6,21 @@
 #include <set>
 #include <vector>
 
-#include "cli/program.h"
 #include "cli/run_program.h"
 #include "client/client.h"
 #include "client/failure.h"
+#include "client/program.h"
 #include "support/paths.h"
 
 namespace corbot::cli {
 
+using client::describe_faults;
+using client::describe_others;
 using client::ExitCode;
 using client::Failure;
 using client::find_verb;
+using client::parse_program;
+using client::Program;
 using client::ratio_note;
 using client::Request;
 using client::spec_of;

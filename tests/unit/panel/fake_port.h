@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -59,6 +60,18 @@ class FakeRobot {
     if (!fault_.empty()) ++failed_stops_;
     fail();
     ++stops_;
+    wake_.notify_all();
+  }
+  /// Carries out one statement of a program. It hangs like a call; a Stop ends it.
+  void perform(const client::Request& request, const std::atomic<bool>& is_cancelled) {
+    std::unique_lock lock(mutex_);
+    ++hanging_calls_;
+    const int stops = stops_;
+    wake_.wait(lock, [&] { return !calls_hang_ || stops_ != stops; });
+    --hanging_calls_;
+    if (!fault_.empty()) throw client::Failure(client::ExitCode::kRefused, fault_);
+    if (is_cancelled) throw client::explain(Corbot::Stopped("by a Stop"));
+    calls_ += client::to_string(request) + "\n";
   }
   nlohmann::json call(const client::Request& request) {
     std::unique_lock lock(mutex_);
@@ -102,6 +115,21 @@ class FakeRobot {
   std::string calls_;
 };
 
+class FakePerformer : public Performer {
+ public:
+  explicit FakePerformer(std::shared_ptr<FakeRobot> robot) : robot_(std::move(robot)) {}
+  std::string perform(const client::Request& request, const client::ProgressReport& report) override {
+    report(0.5);
+    robot_->perform(request, is_cancelled_);
+    return {};
+  }
+  void begin_cancel() noexcept override { is_cancelled_ = true; }
+
+ private:
+  std::shared_ptr<FakeRobot> robot_;
+  std::atomic<bool> is_cancelled_{false};
+};
+
 class FakePort : public Port {
  public:
   explicit FakePort(std::shared_ptr<FakeRobot> robot) : robot_(std::move(robot)) {}
@@ -112,6 +140,7 @@ class FakePort : public Port {
   nlohmann::json state() override { return robot_->state(); }
   void stop() override { robot_->stop(); }
   nlohmann::json call(const client::Request& request) override { return robot_->call(request); }
+  std::unique_ptr<Performer> performer() override { return std::make_unique<FakePerformer>(robot_); }
   [[nodiscard]] std::shared_ptr<const std::string> picture() const override { return robot_->picture(); }
 
  private:

@@ -64,6 +64,19 @@ class PanelServer : public testing::Test {
   static Response call(int port, const std::string& body) {
     return Browser(port).ask(to_drive(http::verb::post, "/api/call", body));
   }
+  static Response program(int port, const std::string& body) {
+    return Browser(port).ask(to_drive(http::verb::post, "/api/program", body));
+  }
+  /// Waits until the robot's program has this state, and returns it.
+  static json program_at(int port, const std::string& robot, const std::string& state) {
+    Page page(port);
+    for (;;) {
+      const json update = page.read();
+      if (update.is_null()) return {};
+      if (update["robot"] == robot && update["program"].is_object() && update["program"]["state"] == state)
+        return update["program"];
+    }
+  }
   int start(bool with_cell = false) {
     std::vector<std::unique_ptr<Watch>> watches;
     watches.push_back(std::make_unique<Watch>("one", std::make_unique<FakePort>(one_)));
@@ -186,6 +199,93 @@ TEST_F(PanelServer, ACallThatHangsDelaysNoStop) {
   one_->set_calls_hang(false);
   hanging.join();
   EXPECT_TRUE(wait_until([&] { return one_->stops() == 2; }));
+}
+
+TEST_F(PanelServer, RunsAProgramForWhoMayDrive) {
+  const int port = start();
+  const std::string body =
+      json{{"robot", "two"}, {"name", "p.corbot"}, {"text", "# head\nready\nmove 0.2 0 0.1\n"}}.dump();
+  EXPECT_EQ(Browser(port).post("/api/program", body).result(), http::status::forbidden);
+  EXPECT_EQ(program(port, body).body(), R"({"commands":2,"done":true})");
+  const json state = program_at(port, "two", "done");
+  EXPECT_EQ(state["name"], "p.corbot");
+  EXPECT_EQ(state["line"], 3);
+  EXPECT_EQ(state["statement"], "move 0.2 0 0.1");
+  EXPECT_EQ(state["count"], 2);
+  EXPECT_EQ(two_->calls(), "ready\nmove 0.2 0 0.1\n");
+  EXPECT_EQ(one_->calls(), "");
+}
+
+TEST_F(PanelServer, SaysWhyAProgramIsRefused) {
+  const int port = start(true);
+  const std::vector<std::pair<json, const char*>> cases{
+      {{{"robot", "three"}, {"name", "p"}, {"text", "ready"}}, "with a robot of this panel"},
+      {{{"cell", "one"}, {"name", "p"}, {"text", "ready"}}, "with a robot of this panel"},
+      {{{"robot", "one"}, {"name", "p"}}, "text: must be a text"},
+      {{{"robot", "one"}, {"name", ""}, {"text", "ready"}}, "name: has 0 bytes: must have 1 to 100"},
+      {{{"robot", "one"}, {"name", "p"}, {"text", "ready"}, {"do", "x"}}, "do: a program has no such value"},
+      {{{"robot", "one"}, {"name", "p"}, {"text", "# nothing"}}, "p: the program has no command"},
+      {{{"robot", "one"}, {"name", "p"}, {"text", "ready\nmove 1\nstop"}}, "p:2: "},
+      {{{"robot", "one"}, {"name", "p"}, {"text", "ready\nmove 1\nstop"}},
+       "p:3: 'stop' is not for programs"}};
+  for (const auto& [body, fault] : cases) {
+    const Response response = program(port, body.dump());
+    EXPECT_EQ(response.result(), http::status::bad_request) << body;
+    EXPECT_THAT(json::parse(response.body())["text"].get<std::string>(), HasSubstr(fault)) << body;
+  }
+  std::string text;
+  for (int line = 0; line < 30; ++line) text += "dance\n";
+  EXPECT_THAT(program(port, json{{"robot", "one"}, {"name", "p"}, {"text", text}}.dump()).body(),
+              HasSubstr("20 lines to fix; nothing moved; 10 more have faults"));
+  const Response large = program(port, std::string(65'537, ' '));
+  EXPECT_EQ(large.result(), http::status::payload_too_large);
+  EXPECT_EQ(large.body(), "the body is larger than 65536 bytes\n");
+  EXPECT_EQ(one_->calls(), "");
+}
+
+TEST_F(PanelServer, AStopEndsAProgramAndNoOtherProgramBeginsBefore) {
+  one_->set_calls_hang(true);
+  const int port = start();
+  const std::string body = json{{"robot", "one"}, {"name", "p"}, {"text", "ready\nopen"}}.dump();
+  EXPECT_EQ(program(port, body).result(), http::status::ok);
+  ASSERT_TRUE(wait_until([&] { return one_->hanging_calls() == 1; }));
+  EXPECT_EQ(program_at(port, "one", "runs")["progress"], 0.5);
+  const Response busy = program(port, body);
+  EXPECT_EQ(busy.result(), http::status::conflict);
+  EXPECT_THAT(busy.body(), HasSubstr("a program runs on this robot"));
+  EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::ok);
+  const json state = program_at(port, "one", "stopped");
+  EXPECT_THAT(state["text"].get<std::string>(), HasSubstr("p:1: ready"));
+  EXPECT_THAT(state["text"].get<std::string>(), HasSubstr("line 2 was not begun"));
+  EXPECT_EQ(one_->stops(), 1);
+  EXPECT_EQ(one_->calls(), "");
+  one_->set_calls_hang(false);
+  EXPECT_EQ(program(port, body).result(), http::status::ok);
+  EXPECT_EQ(program_at(port, "one", "done")["text"], "");
+}
+
+TEST_F(PanelServer, AProgramThatFailsSaysItsLine) {
+  const int port = start();
+  ASSERT_TRUE(wait_until([&] { return one_->polls() > 0; }));
+  one_->set_fault("out of reach");
+  EXPECT_EQ(program(port, json{{"robot", "one"}, {"name", "p"}, {"text", "\nready"}}.dump()).result(),
+            http::status::ok);
+  EXPECT_EQ(program_at(port, "one", "failed")["text"], "p:2: ready: out of reach");
+  EXPECT_EQ(one_->stops(), 0);
+}
+
+TEST_F(PanelServer, AServerThatEndsStopsTheRobotOfAProgram) {
+  one_->set_calls_hang(true);
+  const int port = start();
+  EXPECT_EQ(program(port, json{{"robot", "one"}, {"name", "p"}, {"text", "ready\nopen"}}.dump()).result(),
+            http::status::ok);
+  ASSERT_TRUE(wait_until([&] { return one_->hanging_calls() == 1; }));
+  server_->end();
+  thread_.join();
+  server_.reset();
+  EXPECT_GE(one_->stops(), 1);
+  EXPECT_EQ(one_->calls(), "");
+  EXPECT_EQ(two_->stops(), 0);
 }
 
 TEST_F(PanelServer, RefusesForeignHostsAndOrigins) {

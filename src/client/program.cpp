@@ -1,26 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/program.h"
+#include "client/program.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 
 #include "client/failure.h"
 
-namespace corbot::cli {
-
-using client::ExitCode;
-using client::Failure;
-using client::parse_request;
-using client::Request;
-using client::spec_of;
-using client::usage_of;
-using client::Verb;
-using client::VerbSpec;
+namespace corbot::client {
 
 namespace {
 
@@ -139,4 +131,26 @@ std::string describe_faults(const Program& program, std::string_view file) {
   return text;
 }
 
-}  // namespace corbot::cli
+void check_program(const Program& program) {
+  if (const std::size_t count = program.faults.size(); count > 0)
+    throw Failure(ExitCode::kUsage,
+                  describe_faults(program, program.name) +
+                      fmt::format("{} line{} to fix; nothing moved", count, count == 1 ? "" : "s"));
+  if (program.statements.empty())
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("{}: the program has no command; nothing moved", program.name));
+}
+
+void carry_out(const Program& program, const Perform& perform) {
+  for (std::size_t i = 0; i < program.statements.size(); ++i) {
+    const Statement& statement = program.statements[i];
+    try {
+      perform(i, statement);
+    } catch (const Failure& failure) {
+      throw Failure(failure.code(), fmt::format("{}:{}: {}: {}{}", program.name, statement.line,
+                                                statement.text, failure.what(), describe_others(program, i)));
+    }
+  }
+}
+
+}  // namespace corbot::client

@@ -2,14 +2,14 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "client/request.h"
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// One line of a program with a command.
 struct Statement {
@@ -46,4 +46,15 @@ inline constexpr std::size_t kMaxProgramLineBytes = 1000;
 /// Returns "file:line: reason" for each fault, one a line.
 [[nodiscard]] std::string describe_faults(const Program& program, std::string_view file);
 
-}  // namespace corbot::cli
+/// Throws Failure, kUsage, if the program has faults or no statement. The text has one "name:line: reason"
+/// for each fault.
+void check_program(const Program& program);
+
+/// Performs one statement, the one with this index. Throws Failure.
+using Perform = std::function<void(std::size_t index, const Statement& statement)>;
+
+/// Performs all statements in order. Throws the first Failure, with name, line and text of its statement, and
+/// performs no later one.
+void carry_out(const Program& program, const Perform& perform);
+
+}  // namespace corbot::client
