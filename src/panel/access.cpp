@@ -50,6 +50,13 @@ bool is_token(std::string_view given, std::string_view token) {
          ::CRYPTO_memcmp(given.data(), token.data(), token.size()) == 0;
 }
 
+std::string_view bearer_token(std::string_view authorization) {
+  constexpr std::string_view kBearer = "Bearer ";
+  if (!equals_ignoring_case(authorization.substr(0, kBearer.size()), kBearer)) return {};
+  authorization.remove_prefix(kBearer.size());
+  return authorization;
+}
+
 std::string_view query_value(std::string_view target, std::string_view key) {
   std::size_t at = target.find('?');
   while (at != std::string_view::npos) {

@@ -22,6 +22,10 @@ namespace corbot::panel {
 /// length. An empty `token` refuses all.
 [[nodiscard]] bool is_token(std::string_view given, std::string_view token);
 
+/// Returns the token in the header Authorization, whose scheme is `Bearer` in any case (RFC 9110). Empty: the
+/// header has another form.
+[[nodiscard]] std::string_view bearer_token(std::string_view authorization);
+
 /// Returns the value of `key` in the query of a request's target, without decoding. Empty: the query has
 /// none.
 [[nodiscard]] std::string_view query_value(std::string_view target, std::string_view key);

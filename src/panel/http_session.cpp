@@ -245,10 +245,8 @@ void HttpSession::drain() {
 }
 
 std::string_view HttpSession::token_of(const Request& request) {
-  constexpr std::string_view kBearer = "Bearer ";
-  const std::string_view header = view(request[http::field::authorization]);
-  return header.starts_with(kBearer) ? header.substr(kBearer.size())
-                                     : query_value(view(request.target()), "token");
+  const std::string_view token = bearer_token(view(request[http::field::authorization]));
+  return token.empty() ? query_value(view(request.target()), "token") : token;
 }
 
 bool HttpSession::may_watch(const Request& request) const {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "cell/running_cells.h"
+#include "client/client.h"
 #include "client/explain.h"
 #include "client/failure.h"
 #include "client/local_robots.h"
@@ -120,7 +121,7 @@ fs::path page_directory(const fs::path& wanted) {
   }
   throw Failure(ExitCode::kUsage,
                 "the page is not built: install npm and run scripts/page in the source tree, or name the "
-                "directory of a built page with --pages");
+                "directory of a built page with 'corbot panel --pages'");
 }
 
 std::string in_brackets(const std::string& host) {
@@ -129,6 +130,20 @@ std::string in_brackets(const std::string& host) {
 
 bool is_loopback(const std::string& host) { return host.starts_with("127.") || host == "::1"; }
 bool is_any(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
+
+/// Warns of each ROBOT that no robot here has as its name. The panel shows it when it is up.
+void warn(const std::vector<std::string>& robots) {
+  for (const std::string& robot : robots) {
+    try {
+      (void)client::find_robot(robot);
+    } catch (const Failure& failure) {
+      if (failure.code() == ExitCode::kUsage)
+        throw Failure(ExitCode::kUsage, "ROBOT " + std::string(failure.what()));
+      if (client::is_up(robot)) continue;  // it is starting
+      client::notice(stderr, fmt::format("corbot-panel: warning: {}\n", failure.what()));
+    }
+  }
+}
 
 void warn(const ServerSettings& server) {
   if (is_loopback(server.host)) return;
@@ -181,6 +196,7 @@ void serve(const Options& options) {
   Server server(settings, std::move(watches));
   const TokenFile file(token_path(options, server.port()), tokens);
   warn(options.server);
+  warn(options.robots);
   std::thread serving([&] { server.run(); });
   announce(options.server, server.port(), tokens);
   while (!signal.wait(3600)) {

@@ -12,6 +12,8 @@ namespace websocket = beast::websocket;
 using nlohmann::json;
 
 constexpr std::size_t kMostMessageBytes = 4096;
+/// Limits the Stops in progress, and the replies to a browser that does not read: the oldest is forgotten.
+constexpr std::size_t kMostReplies = 16;
 
 std::shared_ptr<const std::string> text_of(const json& data) {
   return std::make_shared<const std::string>(data.dump(-1, ' ', false, json::error_handler_t::replace));
@@ -56,29 +58,42 @@ void SocketSession::read() {
 
 void SocketSession::take(const std::string& message) {
   const json wanted = json::parse(message, nullptr, false);
-  StopOrder order;
-  if (wanted.is_object() && wanted.contains("stop")) order = hub_.stop(wanted["stop"]);
-  if (order.is_empty()) {
-    reply_ = text_of({{"error",
-                       "write {\"stop\": {}}, or {\"stop\": {\"robot\": NAME}} with a robot of this panel, "
-                       "or \"cell\" with a cell"}});
+  Order order;
+  if (wanted.is_object() && wanted.contains("stop")) order.stop = hub_.stop(wanted["stop"]);
+  if (wanted.is_object()) order.id = wanted.value("id", json());
+  if (order.stop.is_empty()) {
+    reply({{"error",
+            "write {\"stop\": {}}, or {\"stop\": {\"robot\": NAME}} with a robot of this panel, "
+            "or \"cell\" with a cell; \"id\" is for the reply"}},
+          order.id);
   } else {
-    stop_ = std::move(order);
+    if (stops_.size() == kMostReplies) stops_.pop_front();
+    stops_.push_back(std::move(order));
   }
   on_change();
 }
 
 void SocketSession::on_change() {
-  const std::optional<json> result = stop_ ? stop_->result() : std::nullopt;
-  if (result) {
-    reply_ = text_of({{"stop", *result}});
-    stop_.reset();
+  for (auto order = stops_.begin(); order != stops_.end();) {
+    const std::optional<json> result = order->stop.result();
+    if (result) reply({{"stop", *result}}, order->id);
+    order = result ? stops_.erase(order) : std::next(order);
   }
   send_next();
 }
 
+void SocketSession::reply(json text, const json& id) {
+  if (!id.is_null()) text["id"] = id;
+  if (replies_.size() == kMostReplies) replies_.pop_front();
+  replies_.push_back(text_of(text));
+}
+
 std::shared_ptr<const std::string> SocketSession::next_text() {
-  if (reply_) return std::exchange(reply_, nullptr);
+  if (!replies_.empty()) {
+    auto reply = std::move(replies_.front());
+    replies_.pop_front();
+    return reply;
+  }
   for (std::size_t tried = 0; tried < sent_.size(); ++tried) {
     const std::size_t watch = turn_;
     turn_ = (turn_ + 1) % sent_.size();

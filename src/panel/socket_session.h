@@ -4,8 +4,8 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <deque>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +13,7 @@
 
 namespace corbot::panel {
 
-/// A WebSocket that sends the newest states, one text at a time, and accepts Stops. A browser that reads
+/// A WebSocket that sends the newest states, one text at a time, and accepts Stops. Each Stop has a reply. A browser that reads
 /// slowly misses states, and delays no other one.
 class SocketSession : public Session {
  public:
@@ -26,9 +26,16 @@ class SocketSession : public Session {
   void close() override;
 
  private:
+  /// A Stop, and the member "id" of its message, null without one.
+  struct Order {
+    nlohmann::json id;
+    StopOrder stop;
+  };
+
   void read();
   void take(const std::string& message);
   void send_next();
+  void reply(nlohmann::json text, const nlohmann::json& id);
   /// Returns the text to send now, or null if there is none. Replies precede states; the robots take turns.
   [[nodiscard]] std::shared_ptr<const std::string> next_text();
   [[nodiscard]] std::shared_ptr<SocketSession> self();
@@ -40,8 +47,8 @@ class SocketSession : public Session {
   std::shared_ptr<const std::string> sending_;
   std::vector<std::uint64_t> sent_;  // for each watch, the number of the state that was sent last
   std::size_t turn_{0};              // index of the watch whose state is next
-  std::optional<StopOrder> stop_;    // its result is to be sent; a newer order replaces it
-  std::shared_ptr<const std::string> reply_;
+  std::deque<Order> stops_;          // their results are to be sent
+  std::deque<std::shared_ptr<const std::string>> replies_;
 };
 
 }  // namespace corbot::panel

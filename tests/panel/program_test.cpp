@@ -296,6 +296,17 @@ TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
   EXPECT_FALSE(fs::exists(token_file()));
 }
 
+TEST_F(PanelProgram, WarnsOfARobotThatIsNotUp) {
+  fs::permissions(directory_, fs::perms::owner_all);
+  const std::string page = (directory_ / "page").string();
+  Process panel({CORBOT_BIN_DIR "/corbot-panel", "--port", "0", "--pages", page, reference_, "mistyped"},
+                environment());
+  ASSERT_TRUE(panel.wait_line("panel ready", within(30))) << panel.errors();
+  EXPECT_EQ(panel.terminate(), 0);
+  EXPECT_THAT(panel.errors(), HasSubstr("corbot-panel: warning: no robot named 'mistyped' is up"));
+  EXPECT_THAT(panel.errors(), testing::Not(HasSubstr(reference_)));
+}
+
 TEST_F(PanelProgram, SaysWhatIsMissing) {
   const auto fault = [&](std::vector<std::string> words) {
     words.insert(words.begin(), CORBOT_BIN_DIR "/corbot-panel");

@@ -31,6 +31,13 @@ TEST(Access, ATokenIsWholeAndNotEmpty) {
   EXPECT_FALSE(is_token("", ""));
 }
 
+TEST(Access, FindsTheTokenOfAHeader) {
+  for (const char* header : {"Bearer aBc", "bearer aBc", "BEARER aBc"})
+    EXPECT_EQ(bearer_token(header), "aBc");
+  for (const char* header : {"", "Bearer", "Bearer ", "Basic aBc", "BeareraBc", " Bearer aBc"})
+    EXPECT_EQ(bearer_token(header), "") << header;
+}
+
 TEST(Access, FindsAValueOfAQuery) {
   EXPECT_EQ(query_value("/ws?token=abc", "token"), "abc");
   EXPECT_EQ(query_value("/ws?a=1&token=abc&b=2", "token"), "abc");

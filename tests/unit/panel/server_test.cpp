@@ -440,6 +440,23 @@ TEST_F(PanelServer, StopsByAMessageOfTheWebSocket) {
   EXPECT_EQ(two_->stops(), 2);
 }
 
+TEST_F(PanelServer, EachStopOfAWebSocketHasItsReply) {
+  one_->set_stops_hang(true);
+  Page page(start());
+  page.send(R"({"stop": {"robot": "one"}, "id": 1})");
+  ASSERT_TRUE(wait_until([&] { return one_->hanging_stops() == 1; }));
+  page.send(R"({"stop": {"robot": "two"}, "id": "second"})");
+  const json second = page.read_until("stop");
+  EXPECT_EQ(second["id"], "second");
+  EXPECT_EQ(second["stop"]["robots"][0]["robot"], "two");
+  one_->set_stops_hang(false);
+  const json first = page.read_until("stop");
+  EXPECT_EQ(first["id"], 1);
+  EXPECT_EQ(first["stop"]["robots"][0]["robot"], "one");
+  page.send(R"({"stop": {"robot": "three"}, "id": [3]})");
+  EXPECT_EQ(page.read_until("error")["id"], json::array({3}));
+}
+
 TEST_F(PanelServer, RefusesTooManyWebSockets) {
   settings_.most_sockets = 2;
   const int port = start();
