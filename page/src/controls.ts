@@ -43,6 +43,7 @@ export class Controls {
       el("p", { class: "buttons" }, order(T.ready, "ready"), order(T.openGripper, "open"),
          order(T.closeGripper, "close"), order(T.clear, "clear"), order(T.acquire, "acquire"),
          order(T.release, "release")),
+      el("p", { class: "hint" }, T.controlHint),
       this.pointForm(), this.overrideForm(),
       el("div", { class: "pair" }, this.percentForm(T.speed, "speed"),
          this.percentForm(T.gripper, "gripper")));

@@ -4,6 +4,7 @@
 import { Arm3d } from "./arm3d.js";
 import { absentControls, Controls, type Send } from "./controls.js";
 import { el, fixed, section, setText, timeOfDay } from "./dom.js";
+import { LoopView } from "./loop_view.js";
 import { Plots } from "./plots.js";
 import { ProgramView, type Run } from "./program_view.js";
 import { type ArmState, type Description, type ProgramState, rollPitchYaw_deg } from "./state.js";
@@ -63,6 +64,7 @@ export class RobotView {
   private readonly legend = el("p", { class: "legend" });
 
   private readonly program: ProgramView;
+  private readonly loop = new LoopView();
 
   /// `send` and `run` are null without the right to drive.
   constructor(private readonly description: Description, send: Send | null, run: Run | null) {
@@ -71,7 +73,7 @@ export class RobotView {
     this.drawing = this.makeDrawing();
     const fields = FIELDS.map(([heading, rows]) => this.fields(heading, rows));
     this.root = el("div", { class: "robot" }, this.view(), this.alarms(), this.joints(), this.drive(send),
-                   this.program.root, ...fields, this.servant(), this.plots.root);
+                   this.program.root, ...fields, this.servant(), this.loop.root, this.plots.root);
   }
 
   /// Takes each state: the drawing and the plots need all.
@@ -84,6 +86,7 @@ export class RobotView {
   refresh(arm: ArmState): void {
     for (const refresh of this.refreshers) refresh(arm);
     this.plots.draw();
+    this.loop.show(arm.loop);
     setText(this.legend, arm.measured ? T.viewLegend : T.viewLegendOne);
   }
 

@@ -7,6 +7,19 @@ export interface Alarm {
   text: string;
 }
 
+/// Statistics of the task's loop since its start.
+export interface LoopState {
+  period_s: number;
+  cycles: number;
+  overruns: number;
+  mean_s: number; // of the wake-up's latency
+  max_s: number;
+  work_max_s: number;
+  isRealTime: boolean;
+  counts: number[]; // by latency
+  edges_s: number[]; // upper edge of each count; the last count is open
+}
+
 export interface ArmState {
   time_s: number;
   age_s: number;
@@ -33,6 +46,7 @@ export interface ArmState {
   };
   control: { holder: string; left_s: number; isHeld: boolean };
   alarms: Alarm[];
+  loop: LoopState | null; // null: the panel does not report it
 }
 
 /// The program that runs on a robot, or ran last. The fields are those of the panel's state.
@@ -92,6 +106,17 @@ export function parseJson(message: string): unknown {
   }
 }
 
+function loopState(value: unknown): LoopState | null {
+  const data = object(value);
+  if (!Array.isArray(data.latency_counts)) return null;
+  return {
+    period_s: number(data.period_s), cycles: number(data.cycles), overruns: number(data.overruns),
+    mean_s: number(data.latency_mean_s), max_s: number(data.latency_max_s),
+    work_max_s: number(data.work_max_s), isRealTime: data.real_time === true,
+    counts: numbers(data.latency_counts), edges_s: numbers(data.latency_edges_s),
+  };
+}
+
 function armState(data: Data): ArmState {
   const motion = object(data.motion);
   const gripper = object(data.gripper);
@@ -137,6 +162,7 @@ function armState(data: Data): ArmState {
       code: number(alarm.code),
       text: text(alarm.text),
     })),
+    loop: loopState(data.loop),
   };
 }
 

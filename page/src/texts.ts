@@ -92,6 +92,7 @@ export const T = {
   clear: "Clear error",
   acquire: "Take control",
   release: "Give up control",
+  controlHint: "Control ends after 60 s, also if the panel dies. 'corbot release --force' ends it at once.",
   moveTo: "Move the tool to a point",
   axis: (name: string): string => `${name} (m)`,
   moveTime: "Time (s), optional",
@@ -195,6 +196,18 @@ export const T = {
   alarms: "Active alarms",
   noAlarms: "No alarm is active.",
   remedy: (text: string): string => `What to do: ${text}`,
+
+  loop: "Loop of the task",
+  loopHint: "Latency: time from a cycle's due instant to its begin. The bars are logarithmic.",
+  latency: "Latency",
+  cycles: "Cycles",
+  upTo: (edge: string): string => `up to ${edge}`,
+  from: (edge: string): string => `from ${edge}`,
+  loopSummary: (times: Record<"period" | "mean" | "max" | "work", string> & { overruns: number },
+                isRealTime: boolean): string =>
+    `Period ${times.period}, ${isRealTime ? "real-time" : "best effort"}. ` +
+    `Latency ${times.mean} on average, ${times.max} at most. Longest work ${times.work}. ` +
+    `${times.overruns} ${times.overruns === 1 ? "overrun" : "overruns"}.`,
 
   plots: "Last 30 seconds",
   plotLegend: "Solid: set-points. Dashed: measured.",

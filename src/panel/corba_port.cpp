@@ -17,6 +17,8 @@ using nlohmann::json;
 constexpr double kPollTimeout_s = 2.0;
 /// The port reads the alarms and uses the connection for Stops once in this number of polls.
 constexpr unsigned kSlowPolls = 10;
+/// The port reads the loop's statistics once in this number of polls.
+constexpr unsigned kLoopPolls = 50;
 /// Holder of exclusive control, for people.
 constexpr const char* kHolder = "panel";
 
@@ -36,6 +38,19 @@ json pose_data(const Corbot::Pose& pose) {
 json motion_data(const Corbot::MotionInfo& motion) {
   if (motion.id == 0) return {};
   return {{"ticket", motion.id}, {"progress", motion.progress}, {"duration_s", motion.duration}};
+}
+
+json loop_data(const Corbot::LoopInfo& info) {
+  return {{"period_s", info.period},
+          {"since_s", info.since},
+          {"cycles", info.cycles},
+          {"overruns", info.overruns},
+          {"latency_mean_s", info.latencyMean},
+          {"latency_max_s", info.latencyMax},
+          {"work_max_s", info.workMax},
+          {"real_time", static_cast<bool>(info.realTime)},
+          {"latency_counts", numbers(info.counts)},
+          {"latency_edges_s", numbers(info.edges)}};
 }
 
 json active_alarms(const Corbot::AlarmList& alarms) {
@@ -139,6 +154,10 @@ json CorbaPort::connect() {
 
 json CorbaPort::state() {
   return client::call(address_, [&] {
+    if (polls_ % kLoopPolls == 0) {
+      const Corbot::LoopInfo_var loop = arm_->Diagnostics();
+      loop_ = loop_data(loop.in());
+    }
     if (polls_++ % kSlowPolls == 0) {
       const Corbot::AlarmList_var alarms = arm_->Alarms();
       alarms_ = active_alarms(alarms.in());
@@ -147,6 +166,7 @@ json CorbaPort::state() {
     const Corbot::ArmState_var now = arm_->State();
     json state = state_data(now.in());
     state["alarms"] = alarms_;
+    state["loop"] = loop_;
     return state;
   });
 }

@@ -48,11 +48,12 @@ class CorbaPort : public Port {
 
   CORBA::ORB_var orb_;
   std::string robot_;
-  client::Address address_;  // only the polling thread uses it and the next four members
+  client::Address address_;  // only the polling thread uses it and the next five members
   Corbot::Arm_var arm_;
   Corbot::Arm_var stop_connection_;  // shares its connections with stop_way_; has a poll's time-out
   unsigned polls_{0};
   nlohmann::json alarms_;
+  nlohmann::json loop_;
   mutable std::mutex mutex_;
   Way stop_way_;
   Way call_way_;

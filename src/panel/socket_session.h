@@ -13,8 +13,8 @@
 
 namespace corbot::panel {
 
-/// A WebSocket that sends the newest states, one text at a time, and accepts Stops. Each Stop has a reply. A browser that reads
-/// slowly misses states, and delays no other one.
+/// A WebSocket that sends the newest states, one text at a time, and accepts Stops. Each Stop has a reply. A
+/// browser that reads slowly misses states, and delays no other one.
 class SocketSession : public Session {
  public:
   using Request = boost::beast::http::request<boost::beast::http::string_body>;
