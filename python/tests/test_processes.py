@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import multiprocessing
 import os
@@ -10,13 +11,19 @@ import pickle
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from typing import Any
 
 import pytest
+from omniORB import CORBA
 
 import corbot
 from conftest import Robot
+from corbot import _orb
+from corbot.simulation import _free_ports
+from support import until
 
 READERS = """
 def read():
@@ -31,6 +38,17 @@ RECORDING = "recording = corbot.record(arm, rate=1000).__enter__()\ntime.sleep(0
 MOTION = """
 threading.Thread(target=lambda: arm.joints([20, 0, 0, 0], time=2), daemon=True).start()
 time.sleep(0.3)
+sys.exit(3)
+"""
+CAMERA = """
+import sys, time, corbot
+class Slow:
+    def look(self, timeout):
+        time.sleep(0.002)
+        return []
+    def picture(self, marked):
+        return b""
+corbot.serve_camera(Slow(), int(sys.argv[1]))
 sys.exit(3)
 """
 FORK = """
@@ -58,6 +76,37 @@ def test_python_ends_with_its_own_exit_code_while_threads_call(program: str, arm
     for _ in range(3):  # a thread may be elsewhere once
         ended = run(program, arm.address)
         assert (ended.returncode, ended.stderr) == (3, "")
+
+
+def looks(camera: Any) -> None:
+    with contextlib.suppress(CORBA.SystemException):  # the camera has ended
+        while True:
+            camera.Look(1.0)
+
+
+def test_a_camera_ends_with_its_programs_exit_code_while_it_is_called() -> None:
+    port = _free_ports(1)
+    address = f"corbaloc::127.0.0.1:{port}/Camera"
+    command = [sys.executable, "-c", CAMERA, str(port)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as child:
+        until(lambda: serves(address))
+        camera = _orb.connect(address, 2.0, _orb.Corbot.Camera)
+        threads = [threading.Thread(target=looks, args=(camera,)) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        camera.Look(1.0)
+        child.send_signal(signal.SIGINT)
+        _, errors = child.communicate(timeout=30)
+        for thread in threads:
+            thread.join()
+    assert (child.returncode, errors) == (3, "")
+
+
+def serves(address: str) -> bool:
+    with contextlib.suppress(corbot.CorbotError):
+        _orb.connect(address, 2.0, _orb.Corbot.Camera)
+        return True
+    return False
 
 
 def test_a_forked_process_is_told_that_it_has_no_connection(arm: corbot.Arm) -> None:

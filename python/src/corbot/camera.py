@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import threading
 import time
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -27,7 +28,7 @@ class Camera(Protocol):
 
 
 def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
-    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C.
+    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C, and to the end of a call.
 
     cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before any
     other function of the package: an ORB listens from its start, or not at all. A later call raises
@@ -47,6 +48,10 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     with contextlib.suppress(KeyboardInterrupt):
         while True:  # the ORB serves in its own threads; this one stays free for Ctrl-C
             time.sleep(3600.0)
+    # The end of Python during a call would abort the process. A second Ctrl-C does not wait.
+    ending = threading.Thread(target=orb.shutdown, args=(True,), daemon=True)
+    ending.start()
+    ending.join()
 
 
 class _Servant(_orb.Corbot__POA.Camera):  # type: ignore[misc]
