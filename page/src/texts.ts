@@ -250,6 +250,7 @@ const REMEDIES: Record<number, string> = {
   154: "Set speeds and tool pitch or orientation again.",
   155: "Make room on the disk, or give --state-dir.",
   156: "Run 'corbot limit JOINT LOWER UPPER', or 'corbot limit --reset'.",
+  157: "Run 'corbot workspace --reset', and set planes and boxes again.",
 };
 
 export function remedy(code: number): string {

@@ -54,6 +54,12 @@ class CommandQueue {
     return {{waiting_rate_.knots.data(), knots},
             {{waiting_rate_.pieces.data(), pieces}, waiting_.duration_s, length_s}};
   }
+  /// Returns the further shapes of the workspace with which the waiting command was planned, or null if the
+  /// servant's are others. Once they are copied they stay.
+  [[nodiscard]] const FurtherShapes* waiting_shapes() noexcept {
+    take_knots();
+    return has_shapes_ ? &waiting_shapes_ : nullptr;
+  }
   /// Releases the waiting command, which is begun or has its verdict.
   void release() noexcept { is_waiting_ = false; }
 
@@ -73,6 +79,7 @@ class CommandQueue {
   void take_knots() noexcept {
     if (has_knots_) return;
     servant_.copy_rate(waiting_, waiting_rate_);
+    has_shapes_ = servant_.copy_shapes(waiting_, waiting_shapes_);
     has_knots_ = true;
   }
   void end_through(std::uint64_t id) noexcept;
@@ -85,6 +92,8 @@ class CommandQueue {
   RingProducer<decltype(TaskSegment::completions)> completions_;
   Command waiting_{};
   RateSlot waiting_rate_{};
+  FurtherShapes waiting_shapes_{};
+  bool has_shapes_{false};
   bool has_knots_{false};
   bool is_waiting_{false};
   std::uint64_t last_done_{0};

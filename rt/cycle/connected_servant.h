@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "corbot/arm/workspace_limits.h"
+#include "corbot/channel/fingerprint.h"
 #include "corbot/channel/layout.h"
 #include "rt/cycle/command_check.h"
 
@@ -58,6 +60,17 @@ class ConnectedServant {
       copy_rate(command, segment_->rates, rate);
     }
   }
+  /// Copies the further shapes of the workspace in the same way, if the command that was popped last names
+  /// any. Returns false if there are none, or not such as number_of() names them.
+  [[nodiscard]] bool copy_shapes(const Command& command, FurtherShapes& shapes) const noexcept {
+    shapes.count = 0;
+    if (command.shapes == 0) return true;
+    if (is_from_backlog_)
+      shapes = backlog_shapes_;
+    else if (!segment_->shapes.load(shapes))
+      return false;
+    return are_sound(shapes) && number_of(shapes) == command.shapes;
+  }
   /// Returns the number of commands of previous servants that are still to be popped.
   [[nodiscard]] std::size_t backlog() const noexcept { return backlog_.size(); }
 
@@ -72,6 +85,8 @@ class ConnectedServant {
       if (result != PopResult::kOk) break;
       if (!keep(waiting)) former = Former::kTooMuch;
     }
+    // A servant changes its shapes only while nothing is pending, so one place serves the whole backlog.
+    if (backlog() > 0) (void)segment_->shapes.load(backlog_shapes_);
     segment_ = &servant;
     ring_ = RingConsumer(servant.commands, tail_);
     ring_.clear();
@@ -110,6 +125,7 @@ class ConnectedServant {
   RingProducer<Commands> backlog_in_;
   RingConsumer<Commands> backlog_out_;
   std::array<RateSlot, kCapacity> backlog_rates_{};
+  FurtherShapes backlog_shapes_{};
   std::uint64_t kept_{0};
   bool is_from_backlog_{false};
 };

@@ -153,6 +153,8 @@ class Cycle {
   void publish() noexcept;
 
   [[nodiscard]] std::optional<CommandVerdict> check_knots(const Command& next) noexcept;
+  /// Returns false if the waiting command was planned with other shapes than the servant has.
+  [[nodiscard]] bool take_workspace() noexcept;
   [[nodiscard]] bool fetch_command() noexcept;
   void end_stop() noexcept;
   void refuse_queue(Verdict verdict, bool older_only) noexcept;

@@ -140,6 +140,7 @@ void Cycle::begin_command() noexcept {
     if (!checked) return;  // the rest in the next cycles
     verdict = *checked;
   }
+  if (verdict.ok() && !take_workspace()) verdict = {Verdict::kMalformed, -1, 0.0};
   if (verdict.ok()) {
     workspace_check_.begin(framed_arm_, set_point_.position_q);
     const SetPointVerdict end = workspace_check_.see(framed_arm_, next.end_q);
@@ -160,6 +161,15 @@ void Cycle::begin_command() noexcept {
   differences_.begin(set_point_.position_q);
   path_check_.begin(running_.kind == MotionKind::kArc ? running_.arc.solution : running_.line.solution);
   governor_.begin(path, rate_check_);
+}
+
+/// Takes the shapes with which the waiting command was planned, beside those of the profile.
+bool Cycle::take_workspace() noexcept {
+  const FurtherShapes* const further = queue_.waiting_shapes();
+  if (further == nullptr) return false;
+  framed_arm_.workspace.count = arm_.workspace.count;
+  add_shapes(framed_arm_.workspace, *further);
+  return true;
 }
 
 /// Checks the knots of a path, if there are any, a few more in each cycle.

@@ -66,8 +66,8 @@ std::string too_quick_text(const alarm::TooQuick& what, JointKind kind) {
 
 std::string outside_workspace_text(const alarm::OutsideWorkspace& what) {
   return fmt::format(
-      "a set-point would put the {} {:.3g} mm beyond plane or box {} of the profile's [workspace], limit "
-      "{:.3g} mm; the arm is brought to rest",
+      "a set-point would put the {} {:.3g} mm beyond plane or box {} of the workspace, limit {:.3g} mm; the "
+      "arm is brought to rest",
       kPartNames[what.part], -1e3 * what.clearance_m, what.shape + 1, 0.0 - 1e3 * what.least_m);
 }
 

@@ -13,7 +13,7 @@
 namespace corbot {
 namespace {
 
-constexpr Bounds kPlace{-100, 100, false, "m"};
+constexpr Bounds kPlace{-kFarthestShape_m, kFarthestShape_m, false, "m"};
 constexpr const char* kFloorName = "floor";
 constexpr Bounds kRadius{0.001, 10, false, "m"};
 constexpr const char* kLinks = "links";
@@ -94,9 +94,9 @@ void add_shape(Section& section, std::string_view key, const std::string& name, 
   if (std::any_of(limits.shapes.begin(), end,
                   [&name](const WorkspaceShape& other) { return name == other.name.data(); }))
     return section.refuse(key, "is the name of another plane or box of this workspace");
-  if (limits.count == limits.shapes.size())
+  if (limits.count == WorkspaceLimits::kMostOfProfile)
     return section.refuse(key, fmt::format("is one plane or box too many: a workspace has at most {}",
-                                           WorkspaceLimits::kMostShapes));
+                                           WorkspaceLimits::kMostOfProfile));
   std::copy(name.begin(), name.end(), shape.name.begin());
   limits.shapes[limits.count++] = shape;
 }

@@ -230,8 +230,9 @@ struct Planning {
 class ArmInForce {
  public:
   ArmInForce(const ArmModel& model, const PlanSettings& settings) : whole_(&model) {
-    if (settings.tool_frame || settings.base_frame) {
+    if (settings.tool_frame || settings.base_frame || settings.further_shapes) {
       framed_ = model;
+      if (settings.further_shapes) add_shapes(framed_->workspace, *settings.further_shapes);
       framed_->kinematics = in_frames(model.kinematics, settings);
       whole_ = &*framed_;
     }

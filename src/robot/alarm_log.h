@@ -21,6 +21,7 @@ inline constexpr std::int32_t kAlarmTaskFrozen = 153;
 inline constexpr std::int32_t kAlarmFormerServantInvalid = 154;
 inline constexpr std::int32_t kAlarmAuditLogIncomplete = 155;
 inline constexpr std::int32_t kAlarmSoftLimitsUnknown = 156;
+inline constexpr std::int32_t kAlarmShapesUnknown = 157;
 
 struct AlarmEntry {
   double time_s{};  ///< since the Unix epoch

@@ -238,6 +238,19 @@ corbot_status corbot_robot_reset_soft_limits(corbot_robot* robot, const corbot_c
  * reset. */
 int32_t corbot_robot_soft_limits(const corbot_robot* robot, corbot_joint_ranges* out);
 
+/* Sets planes and boxes that every motion planned from now on keeps, beside the profile's. The state
+ * directory stores them. CORBOT_BAD_PARAMETER: more than CORBOT_MAX_FURTHER_SHAPES, not finite, flat, a name
+ * that is not allowed or taken, or no part of the arm. CORBOT_LIMIT_EXCEEDED: the arm stands beyond one.
+ * CORBOT_NOT_READY: motions are under way, the shapes cannot be saved, or another client has control. The
+ * call reads at most CORBOT_MAX_FURTHER_SHAPES of `shapes`. */
+corbot_status corbot_robot_set_workspace(corbot_robot* robot, const corbot_caller* caller,
+                                         const corbot_shape* shapes, size_t count, corbot_error* error);
+/* Removes them. CORBOT_NOT_READY also while motions are under way. */
+corbot_status corbot_robot_reset_workspace(corbot_robot* robot, const corbot_caller* caller,
+                                           corbot_error* error);
+/* The planes and boxes in force. */
+void corbot_robot_workspace(const corbot_robot* robot, corbot_workspace* out);
+
 #ifdef __cplusplus
 }
 #endif

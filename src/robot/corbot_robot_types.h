@@ -189,6 +189,33 @@ typedef struct corbot_plan_stretch {
 } corbot_plan_stretch;
 
 /* A part of a planned motion: one of the two of a MoveC, else the whole motion. */
+enum { CORBOT_MAX_FURTHER_SHAPES = 8, CORBOT_MAX_SHAPES = 24, CORBOT_SHAPE_NAME = 40 };
+
+typedef enum corbot_shape_kind {
+  CORBOT_SHAPE_PLANE,
+  CORBOT_SHAPE_INSIDE, /* a box to stay in */
+  CORBOT_SHAPE_OUTSIDE /* a box to stay out of */
+} corbot_shape_kind;
+
+/* A plane or box of the workspace, in the frame of all positions. */
+typedef struct corbot_shape {
+  char name[CORBOT_SHAPE_NAME];
+  corbot_shape_kind kind;
+  uint32_t parts;   /* a sum of 1 tool, 2 wrist, 4 elbow */
+  double normal[3]; /* of a plane, into the side where the parts stay */
+  double offset_m;  /* of a plane from the origin, along the normal */
+  double from_m[3]; /* of a box */
+  double to_m[3];   /* greater than from_m */
+} corbot_shape;
+
+/* The profile's planes and boxes, and behind them those that are set. */
+typedef struct corbot_workspace {
+  int32_t known; /* 0: those that are set are not known, and no joint moves until they are set or reset */
+  size_t profile_count;
+  size_t further_count;
+  corbot_shape shapes[CORBOT_MAX_SHAPES];
+} corbot_workspace;
+
 enum { CORBOT_MAX_STRETCHES = 100, CORBOT_MAX_PARTS = 2 };
 typedef struct corbot_plan_part {
   double duration_s; /* at override 100 % */

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
+#include "corbot/channel/fingerprint.h"
 #include "planner/setting_rules.h"
+#include "planner/workspace_setting.h"
 #include "robot/call_error.h"
 
 namespace corbot {
@@ -87,7 +90,7 @@ corbot_ticket MotionQueue::accept(const MotionRequest& request, const PlanSettin
 std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request,
                                                     const PlanSettings& settings, const LivingTask& task,
                                                     const Begin& begin) {
-  using Basis = std::pair<PlanStart, std::optional<JointRanges>>;
+  using Basis = std::tuple<PlanStart, std::optional<JointRanges>, std::optional<FurtherShapes>>;
   const auto basis = [&]() -> std::optional<Basis> {
     // A Clear ends an Error, and the Error has ended all motions that were accepted before.
     if (task.own().control.clear_count.load(std::memory_order_acquire) != begin.clears)
@@ -95,7 +98,8 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
     const auto start = plan_start(task, begin.epoch);
     if (!start) return std::nullopt;
     limits_.check_known(request);
-    return Basis{*start, limits_.wanted()};
+    shapes_.check_known(request);
+    return Basis{*start, limits_.wanted(), shapes_.wanted()};
   };
   const std::lock_guard turn(turn_mutex_);
   std::unique_lock lock(order_mutex_);
@@ -106,14 +110,16 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
   if (!planned) return std::nullopt;
   lock.unlock();
   PlanSettings limited = settings;
-  limited.soft_limits = planned->second;
-  PlanResult result = planner_.plan(planned->first, limited, request);
+  const auto& [start, ranges, shapes] = *planned;
+  limited.soft_limits = ranges;
+  limited.further_shapes = shapes;
+  PlanResult result = planner_.plan(start, limited, request);
   lock.lock();
   access_.check(task);
   if (basis() != planned) return std::nullopt;
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
     throw refused(request, *refusal, planner_.model().kinematics);
-  return hand_over(task, begin.epoch, result, planned->first);
+  return hand_over(task, begin.epoch, result, start, shapes.value_or(FurtherShapes{}));
 }
 
 PlanStart MotionQueue::next_start() {
@@ -175,7 +181,7 @@ void MotionQueue::check_empty(const LivingTask& task, const Wanted& wanted) {
   }
 }
 
-void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted) const {
+void MotionQueue::check_rest(const LivingTask& task, const Check& check) const {
   access_.check(task);
   Snapshot now{};
   if (!last_snapshot(task.segment(), now) || now.incarnation != task.incarnation)
@@ -186,22 +192,33 @@ void MotionQueue::check_limits(const LivingTask& task, const JointRanges& wanted
         "motions are under way, which were planned for other limits: call again when the arm is at "
         "rest, or Stop it");
   }
-  const ArmModel& arm = planner_.model();
-  if (const auto refusal = check_stands_within(arm, wanted, now.position_q))
-    throw refused(*refusal, arm.kinematics);
+  if (const auto refusal = check(now.position_q)) throw refused(*refusal, planner_.model().kinematics);
 }
 
-void MotionQueue::change_limits(const JointRanges& wanted) {
+template <class Setting>
+void MotionQueue::change(Setting& setting, const std::optional<typename Setting::Value>& wanted,
+                         const Check& check) {
   const LivingTask task = access_.living();
   {
     const std::lock_guard lock(order_mutex_);
-    check_limits(task, wanted);
+    check_rest(task, check);
   }
-  // The disk may be slow: only other changes of the limits wait for it.
-  limits_.change(wanted, [&] {
+  // The disk may be slow: only other changes of this setting wait for it.
+  setting.change(wanted, [&] {
     const std::lock_guard lock(order_mutex_);
-    check_limits(task, wanted);
-    limits_.take(wanted);
+    check_rest(task, check);
+    setting.take(wanted);
+  });
+}
+
+void MotionQueue::change_limits(const JointRanges& wanted) {
+  change(limits_, wanted,
+         [&](const Joints& position_q) { return check_stands_within(planner_.model(), wanted, position_q); });
+}
+
+void MotionQueue::change_shapes(const std::optional<FurtherShapes>& wanted, const PlanSettings& settings) {
+  change(shapes_, wanted, [&](const Joints& position_q) {
+    return wanted ? check_stands_within(planner_.model(), settings, *wanted, position_q) : std::nullopt;
   });
 }
 
@@ -233,11 +250,20 @@ void MotionQueue::write_knots(ServantSegment& own, const PlanResult& plan, std::
   std::copy(rate.pieces.begin(), rate.pieces.end(), own.rates[range->slot].pieces.begin());
 }
 
+/// Writes the shapes that the next commands name. They differ from those in the segment only while nothing is
+/// pending.
+void MotionQueue::write_shapes(ServantSegment& own, const FurtherShapes& shapes) {
+  FurtherShapes there;
+  (void)own.shapes.load(there);
+  if (there != shapes) own.shapes.store(shapes);
+}
+
 corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
-                                     const PlanStart& start) {
+                                     const PlanStart& start, const FurtherShapes& shapes) {
   auto& commands = std::get<std::vector<Command>>(plan);
   if (commands.empty() || commands.size() > 2) throw internal("the planner returned no motion");
   ServantSegment& own = task.own();
+  write_shapes(own, shapes);
   // Only this function fills the ring, so free space stays free.
   if (task.channel->queued() + commands.size() > own.commands.capacity())
     throw queue_full(static_cast<int>(own.commands.capacity()));
@@ -255,6 +281,7 @@ corbot_ticket MotionQueue::hand_over(const LivingTask& task, std::uint64_t epoch
     command.id = ticket.first + i;
     command.epoch = epoch;
     command.incarnation = static_cast<std::uint32_t>(task.incarnation);
+    command.shapes = number_of(shapes);
     write_knots(own, plan, i, command);
     if (i == 1) ticket.second_from_s = ticket.duration_s;
     ticket.duration_s += command.duration_s;

@@ -11,8 +11,8 @@
 
 #include "planner/planner.h"
 #include "robot/control.h"
+#include "robot/kept_setting.h"
 #include "robot/robot_view.h"
-#include "robot/soft_limits.h"
 #include "robot/task_access.h"
 #include "robot/ticket_table.h"
 
@@ -29,13 +29,14 @@ class MotionQueue {
   /// `capacity`: largest number of pending motions, and of concurrent calls that start one. The other
   /// arguments outlive this.
   MotionQueue(const Planner& planner, int capacity, TicketTable& tickets, const TaskAccess& task,
-              const RobotView& view, SoftLimits& limits)
+              const RobotView& view, SoftLimits& limits, FurtherWorkspace& shapes)
       : planner_(planner),
         capacity_(capacity),
         tickets_(tickets),
         access_(task),
         view_(view),
-        limits_(limits) {}
+        limits_(limits),
+        shapes_(shapes) {}
 
   /// Plans from the position at which the arm will rest when the motion begins, and hands the motion over. A
   /// Stop that is counted after the request arrived ends the call at any point. `arrival`: number of stops
@@ -64,6 +65,10 @@ class MotionQueue {
   void change_limits(const JointRanges& wanted);
   /// Restores the profile's limits. Pending motions may continue, as they keep to narrower limits.
   void reset_limits();
+  /// Sets further planes and boxes; nothing: none. Throws like change_limits(), and also for a reset while
+  /// motions are pending: the task has one place for the shapes of all pending motions. `settings`: the
+  /// frames in force.
+  void change_shapes(const std::optional<FurtherShapes>& wanted, const PlanSettings& settings);
   /// Returns the number of calls in accept() that have read the number of stops.
   [[nodiscard]] int starting() const noexcept { return starting_.load(); }
 
@@ -82,10 +87,15 @@ class MotionQueue {
                                          const LivingTask& task, const Begin& begin);
   /// The caller holds order_mutex_.
   corbot_ticket hand_over(const LivingTask& task, std::uint64_t epoch, PlanResult& plan,
-                          const PlanStart& start);
+                          const PlanStart& start, const FurtherShapes& shapes);
+  static void write_shapes(ServantSegment& own, const FurtherShapes& shapes);
   void write_knots(ServantSegment& own, const PlanResult& plan, std::size_t number, Command& command);
-  /// The caller holds order_mutex_. Throws like change_limits().
-  void check_limits(const LivingTask& task, const JointRanges& wanted) const;
+  using Check = std::function<std::optional<PlanRefusal>(const Joints& position_q)>;
+  /// The caller holds order_mutex_. Throws not ready while motions are pending, and a refusal by the check.
+  void check_rest(const LivingTask& task, const Check& check) const;
+  /// Changes a setting while nothing is pending and the check of the arm's position allows it.
+  template <class Setting>
+  void change(Setting& setting, const std::optional<typename Setting::Value>& wanted, const Check& check);
   std::uint64_t request_cancel(const LivingTask& task, const TicketTable::Range& range);
 
   const Planner& planner_;
@@ -93,7 +103,8 @@ class MotionQueue {
   TicketTable& tickets_;
   const TaskAccess& access_;
   const RobotView& view_;
-  SoftLimits& limits_;  // changed with order_mutex_ held
+  SoftLimits& limits_;        // changed with order_mutex_ held
+  FurtherWorkspace& shapes_;  // the same
   std::atomic<int> starting_{0};
 
   std::mutex cancel_mutex_;  // one request until the task has echoed it; locked before order_mutex_

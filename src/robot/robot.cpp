@@ -18,7 +18,8 @@ Robot::Robot(Profile profile, const std::string& name)
     : profile_(std::move(profile)),
       name_(name),
       planner_(profile_.arm),
-      limits_(profile_.arm),
+      limits_(profile_.arm, "the soft limits"),
+      shapes_(profile_.arm, "the further planes and boxes of the workspace"),
       link_(name, segment_fingerprint(profile_), *this),
       settings_(link_.own().state.settings),
       watch_(link_, alarms_, profile_.frozen_ns,
@@ -26,7 +27,7 @@ Robot::Robot(Profile profile, const std::string& name)
               [this](bool frozen) { on_frozen(frozen); }}),
       view_(profile_, link_, watch_, tickets_, alarms_, settings_),
       task_(link_, watch_),
-      queue_(planner_, profile_.queue_capacity, tickets_, task_, view_, limits_),
+      queue_(planner_, profile_.queue_capacity, tickets_, task_, view_, limits_, shapes_),
       control_(link_.own().state.control,
                [this](const Control::Ending& ending) { return end_control(ending); }) {
   alarms_.keep_in(link_.own().state.alarms);
@@ -63,6 +64,12 @@ void Robot::keep_state(const std::string& directory, PositionSaver::Warn warn) {
   if (const std::string wrong = limits_.keep_in(SoftLimitsStore(where, name_, kind)); !wrong.empty()) {
     reporter(kAlarmSoftLimitsUnknown)(
         fmt::format("the soft limits are not known, no joint moves until they are set or reset: {}", wrong));
+  }
+  if (const std::string wrong = shapes_.keep_in(FurtherShapesStore(where, name_, kind)); !wrong.empty()) {
+    reporter(kAlarmShapesUnknown)(fmt::format(
+        "the further planes and boxes of the workspace are not known, no joint moves until they are set or "
+        "reset: {}",
+        wrong));
   }
   saver_ = std::make_unique<PositionSaver>(link_, profile_.arm, PositionStore(where, name_, kind, "servant"),
                                            reporter(kAlarmPositionNotSaved));
@@ -172,8 +179,7 @@ void Robot::on_frozen(bool frozen) {
 corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival, const std::string& key,
                             const Wanted& wanted) {
   // Precedes all else: a bad argument is refused at once, however long the present plan takes.
-  PlanSettings now = settings_.get();
-  now.soft_limits = limits_.wanted();
+  PlanSettings now = settings_in_force();
   if (const auto refusal = planner_.check(now, request))
     throw refused(request, *refusal, profile_.arm.kinematics);
   const auto admit = [&] { return control_.use(key); };
@@ -181,14 +187,13 @@ corbot_ticket Robot::accept(const MotionRequest& request, std::uint64_t arrival,
 }
 
 MotionPlan Robot::plan(const MotionRequest& request) {
-  PlanSettings now = settings_.get();
-  now.soft_limits = limits_.wanted();
+  PlanSettings now = settings_in_force();
   if (const auto refusal = planner_.check(now, request))
     throw refused(request, *refusal, profile_.arm.kinematics);
   const PlanStart start = queue_.next_start();
   limits_.check_known(request);
-  now = settings_.get();  // the settings at the start: they may have changed while other calls planned
-  now.soft_limits = limits_.wanted();
+  shapes_.check_known(request);
+  now = settings_in_force();  // at the start: they may have changed while other calls planned
   const PlanResult result = planner_.plan(start, now, request);
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
     throw refused(request, *refusal, profile_.arm.kinematics);
@@ -288,6 +293,11 @@ void Robot::set_soft_limits(const JointRanges& shown) {
   const auto limits = soft_limits_of(profile_.arm, shown);
   if (const auto* refusal = std::get_if<PlanRefusal>(&limits)) check_setting(*refusal);
   queue_.change_limits(std::get<JointRanges>(limits));
+}
+
+std::optional<JointRanges> Robot::soft_limits() const {
+  if (!limits_.is_known()) return std::nullopt;
+  return limits_.wanted().value_or(profile_ranges(profile_.arm));
 }
 
 void Robot::reset_soft_limits() { queue_.reset_limits(); }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/profile.h"
+#include "corbot/arm/shape_numbers.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
 #include "planner/pose_solutions.h"
@@ -18,13 +19,13 @@
 #include "robot/audit_log.h"
 #include "robot/call_error.h"
 #include "robot/control.h"
+#include "robot/kept_setting.h"
 #include "robot/link.h"
 #include "robot/motion_queue.h"
 #include "robot/position_saver.h"
 #include "robot/robot_view.h"
 #include "robot/self_check.h"
 #include "robot/settings.h"
-#include "robot/soft_limits.h"
 #include "robot/task_access.h"
 #include "robot/task_watch.h"
 #include "robot/ticket_table.h"
@@ -40,6 +41,14 @@ struct StopCounts {
 struct MotionPlan {
   Joints start_q{}, end_q{};
   std::vector<rate::PlanPart> parts;
+};
+
+/// A plane or box that a client sets, in the numbers of the interface.
+struct WantedShape {
+  std::string name;
+  ShapeKind kind{};
+  std::uint32_t parts{};
+  ShapeNumbers numbers;
 };
 
 /// The robot without an ORB. Plans whole motions one after another, hands them to the real-time task and
@@ -154,11 +163,23 @@ class Robot final : private LinkListener {
   void reset_soft_limits();
   /// Returns the limits in force, in rad or m, or nothing if they are not known. No joint moves then until
   /// they are set or reset.
-  [[nodiscard]] std::optional<JointRanges> soft_limits() const { return limits_.ranges(); }
+  [[nodiscard]] std::optional<JointRanges> soft_limits() const;
+
+  /// Sets planes and boxes that planned motions keep beside the profile's, and saves them on disk. At most
+  /// FurtherShapes::kMostShapes. Throws CallError for invalid ones, if the arm stands beyond one, while
+  /// motions are pending, and if they cannot be saved.
+  void set_workspace(const std::vector<WantedShape>& wanted);
+  /// Removes them. Throws CallError while motions are pending.
+  void reset_workspace();
+  /// Returns the planes and boxes that are set, or nothing if they are not known. No joint moves then until
+  /// they are set or reset.
+  [[nodiscard]] std::optional<FurtherShapes> further_shapes() const;
 
  private:
   /// Throws the refusal, if there is one.
   void check_setting(const std::optional<PlanRefusal>& refusal) const;
+  /// Returns the settings with the soft limits and the further planes and boxes.
+  [[nodiscard]] PlanSettings settings_in_force() const;
   corbot_counted_stop count_now(std::uint64_t hold) noexcept;
   std::uint64_t count_hold() noexcept;
   void await_stop(const LivingTask& task, const corbot_counted_stop& stop, const Wanted& wanted);
@@ -189,6 +210,7 @@ class Robot final : private LinkListener {
   const std::string name_;
   const Planner planner_;
   SoftLimits limits_;
+  FurtherWorkspace shapes_;
   TicketTable tickets_;
   AlarmLog alarms_{kinds_of(profile_.arm.kinematics.chain())};
   std::atomic<std::uint64_t> own_stops_{0};        ///< stops that this servant has counted

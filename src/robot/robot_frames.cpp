@@ -20,8 +20,7 @@ void Robot::reset_frames() { settings_.change(take_profile_frames); }
 Frames Robot::frames() const { return frames_in_force(profile_.arm.kinematics, settings_.get()); }
 
 std::vector<PoseSolution> Robot::solutions(const Pose& pose) const {
-  PlanSettings now = settings_.get();
-  now.soft_limits = limits_.wanted();
+  const PlanSettings now = settings_in_force();
   Joints hint_q{};
   if (Snapshot newest{}; link_.snapshot(newest)) hint_q = newest.position_q;
   auto found = solutions_at(profile_.arm, now, pose, hint_q);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -19,6 +20,7 @@ namespace corbot {
 struct HalfSpace {
   Vector3 normal{0.0, 0.0, 1.0};  ///< unit vector into the allowed side
   double offset_m{};
+  friend constexpr bool operator==(const HalfSpace&, const HalfSpace&) = default;
 };
 
 [[nodiscard]] constexpr double clearance_m(const HalfSpace& face, const Vector3& point_m) noexcept {
@@ -40,6 +42,7 @@ struct WorkspaceShape {
   std::uint32_t face_count{};
   std::array<HalfSpace, kMostFaces> faces{};
   std::array<char, kLongestName + 1> name{};
+  friend constexpr bool operator==(const WorkspaceShape&, const WorkspaceShape&) = default;
 };
 
 /// Returns the clearance of a point: the least of all faces, or the greatest for a box to stay out of.
@@ -96,9 +99,19 @@ struct WorkspaceShape {
 /// decide either way.
 inline constexpr double kWorkspaceTolerance_m = 1e-6;
 
+/// Planes and boxes that clients set at run time. They hold beside the profile's.
+struct FurtherShapes {
+  static constexpr std::size_t kMostShapes = 8;
+  std::uint64_t count{};
+  std::array<WorkspaceShape, kMostShapes> shapes{};
+  friend constexpr bool operator==(const FurtherShapes&, const FurtherShapes&) = default;
+};
+static_assert(std::is_trivially_copyable_v<FurtherShapes>);
+
 /// All shapes of an arm; none: the arm may be anywhere.
 struct WorkspaceLimits {
-  static constexpr std::size_t kMostShapes = 16;
+  static constexpr std::size_t kMostOfProfile = 16;
+  static constexpr std::size_t kMostShapes = kMostOfProfile + FurtherShapes::kMostShapes;
   std::uint32_t count{};
   std::array<WorkspaceShape, kMostShapes> shapes{};
   std::array<double, kArmLinks> link_radius_m{};  ///< around a link from end to end; 0: not known
@@ -115,6 +128,32 @@ static_assert(std::is_trivially_copyable_v<WorkspaceLimits>);
   const Vector3& from_m = states[ends.from].position_m;
   if (part < kFirstLink) return clearance_m(limits.shapes[shape], from_m);
   return clearance_m(limits.shapes[shape], from_m, states[ends.to].position_m) - radius_m(limits, part);
+}
+
+/// Adds the further shapes, which need a count within bounds, behind those of the profile.
+inline void add_shapes(WorkspaceLimits& limits, const FurtherShapes& further) noexcept {
+  for (std::size_t k = 0; k < further.count && limits.count < limits.shapes.size(); ++k)
+    limits.shapes[limits.count++] = further.shapes[k];
+}
+
+inline constexpr double kFarthestShape_m = 100.0;  ///< of a plane's offset and a box's corners
+
+/// Checks shapes of another process: counts, kinds and numbers are such as the functions below return.
+[[nodiscard]] inline bool are_sound(const FurtherShapes& further) noexcept {
+  constexpr double kNormalTolerance = 1e-9;
+  const auto is_sound_face = [](const HalfSpace& face) {
+    return std::abs(dot(face.normal, face.normal) - 1.0) <= kNormalTolerance &&
+           std::abs(face.offset_m) <= kFarthestShape_m;
+  };
+  const auto is_sound = [&](const WorkspaceShape& shape) {
+    const bool is_plane = shape.kind == ShapeKind::kPlane;
+    if (!is_plane && shape.kind != ShapeKind::kInside && shape.kind != ShapeKind::kOutside) return false;
+    if (shape.face_count != (is_plane ? 1 : WorkspaceShape::kMostFaces)) return false;
+    return std::all_of(shape.faces.begin(), shape.faces.begin() + shape.face_count, is_sound_face);
+  };
+  if (further.count > further.shapes.size()) return false;
+  return std::all_of(further.shapes.begin(),
+                     further.shapes.begin() + static_cast<std::ptrdiff_t>(further.count), is_sound);
 }
 
 /// Returns a plane whose allowed side is the one into which the unit vector points.

@@ -50,7 +50,8 @@ inline void add(Fnv1a& hash, const Kinematics& kinematics) noexcept {
 
 /// Adds the shapes without their names, which change no motion. fingerprint() leaves the workspace out: the
 /// meaning of a position or a soft limit does not depend on it.
-inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
+template <class Shapes>
+void add_shapes(Fnv1a& hash, const Shapes& workspace) noexcept {
   for (std::size_t k = 0; k < workspace.count; ++k) {
     const WorkspaceShape& shape = workspace.shapes[k];
     for (const std::uint32_t value : {static_cast<std::uint32_t>(shape.kind), shape.parts, shape.face_count})
@@ -61,6 +62,15 @@ inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
     }
   }
   for (const double radius_m : workspace.link_radius_m) hash.add(radius_m);
+}
+inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept { add_shapes(hash, workspace); }
+
+/// Returns the number by which a command names the further shapes that it was planned with; none: 0.
+[[nodiscard]] inline std::uint64_t number_of(const FurtherShapes& further) noexcept {
+  if (further.count == 0) return 0;
+  Fnv1a hash;
+  add_shapes(hash, further);
+  return hash.value();
 }
 
 [[nodiscard]] inline std::uint64_t fingerprint(const ArmModel& model) noexcept {

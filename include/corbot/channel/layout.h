@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "corbot/arm/workspace_limits.h"
 #include "corbot/channel/control_flags.h"
 #include "corbot/channel/records.h"
 #include "corbot/channel/ring.h"
@@ -26,7 +27,7 @@ namespace corbot {
 /// "corbot-1" in memory, read from left to right on a little-endian machine.
 inline constexpr std::uint64_t kSegmentMagic = 0x312d'746f'6272'6f63;
 /// Must be raised with every change to a segment or to a record in it.
-inline constexpr std::uint32_t kSegmentAbi = 11;
+inline constexpr std::uint32_t kSegmentAbi = 12;
 /// Longest name of a robot; letters, digits, '_' and '-'.
 inline constexpr std::size_t kMaxSegmentName = 48;
 
@@ -86,6 +87,8 @@ struct ServantSegment {
   RingSlots<Command, 64> commands;
   ServantState state;
   std::array<RateSlot, kKnotSlots> rates;
+  /// They serve all commands in the ring that name any. They change only while the ring is empty.
+  SnapshotCell<FurtherShapes> shapes;
 };
 static_assert(std::is_standard_layout_v<ServantSegment>);
 

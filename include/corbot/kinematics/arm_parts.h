@@ -29,6 +29,8 @@ inline constexpr std::size_t kArmLinks = kArmParts - kFirstLink;
 /// Returns the part's bit in a set of parts.
 [[nodiscard]] constexpr std::uint32_t bit_of(std::size_t part) noexcept { return 1u << part; }
 
+inline constexpr std::uint32_t kAllParts = (1u << kArmParts) - 1;
+
 /// A point that the first `joints` joints of a chain move.
 struct PartPoint {
   bool exists{};

@@ -81,6 +81,8 @@ struct Command {
   MotionKind kind;
   /// The number of the real-time task that it was planned for, the low 32 bits: no other task carries it out.
   std::uint32_t incarnation;
+  /// number_of() the further shapes of the workspace that it was planned with, fingerprint.h; 0: none.
+  std::uint64_t shapes;
   double duration_s;  ///< at override 100 %
   Joints start_q;     ///< must equal the set-point at which the arm rests when the command begins
   Joints end_q;       ///< the arm's rest position afterwards

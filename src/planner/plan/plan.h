@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "corbot/arm/joint_ranges.h"
+#include "corbot/arm/workspace_limits.h"
 #include "corbot/kinematics/joints.h"
 #include "corbot/motion/command.h"
 #include "corbot/motion/rate_knots.h"
@@ -76,6 +77,8 @@ struct PlanSettings {
   std::optional<Pose> base_frame{};
   /// Replace the model's ranges, and lie within them, for every planned motion.
   std::optional<JointRanges> soft_limits{};
+  /// Hold beside the shapes of the model's workspace, in the frame of the given positions.
+  std::optional<FurtherShapes> further_shapes{};
 };
 
 /// The arm's rest state when the motion begins.

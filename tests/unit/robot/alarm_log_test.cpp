@@ -142,7 +142,7 @@ TEST(AlarmText, ReadsWhatTheConstructorsWrite) {
 
 TEST(AlarmText, NamesThePartThatLeavesTheWorkspace) {
   EXPECT_EQ(alarm_text(alarm::set_point_outside_workspace({1, 2, -0.0125, 0.0}), {}),
-            "a set-point would put the elbow 12.5 mm beyond plane or box 2 of the profile's [workspace], "
+            "a set-point would put the elbow 12.5 mm beyond plane or box 2 of the workspace, "
             "limit 0 mm; the arm is brought to rest");
 }
 

@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
 
 #include "corbot/channel/alarms.h"
+#include "corbot/channel/fingerprint.h"
 #include "corbot/kinematics/arm_parts.h"
 #include "rt/cycle/workspace_check.h"
 #include "rt/rig.h"
@@ -172,6 +176,71 @@ TEST_F(WorkspaceCheck, FromOutsideTheArmMayMoveInwardOnly) {
   rig_->submit(rig_->planner.move_joints(rig_->start(), {}, kBent, 0.0));
   EXPECT_EQ(verdict(), Verdict::kDone);
   EXPECT_GT(height_m(0), 0.0);
+}
+
+/// Further shapes, as a servant hands them over.
+class FurtherShapesCheck : public WorkspaceCheck {
+ protected:
+  void SetUp() override {
+    begin(lynx5(), kBent);
+    further_.shapes[further_.count++] = floor_at(height_m(0) - 0.01);
+    down_[1] = 0.6;
+  }
+  Verdict verdict_of(std::uint64_t shapes) {
+    auto commands = std::get<std::vector<Command>>(liar_.move_joints(rig_->start(), {}, down_, 0.0));
+    for (Command& command : commands) command.shapes = shapes;
+    rig_->submit(commands);
+    return verdict();
+  }
+
+  FurtherShapes further_;
+  Joints down_{kBent};
+};
+
+TEST_F(FurtherShapesCheck, ACommandThatEndsBeyondThemMovesNothing) {
+  rig_->servant->shapes.store(further_);
+  EXPECT_EQ(verdict_of(number_of(further_)), Verdict::kLimit);
+  EXPECT_EQ(verdict_of(0), Verdict::kDone) << "a command that names none is not held to them";
+}
+
+TEST_F(FurtherShapesCheck, OfWhichACommandNamesOthersOrThatAreUnsoundRefuseIt) {
+  EXPECT_EQ(verdict_of(number_of(further_)), Verdict::kMalformed) << "none are written";
+  rig_->servant->shapes.store(further_);
+  EXPECT_EQ(verdict_of(number_of(further_) + 1), Verdict::kMalformed);
+  for (const auto& spoil : std::vector<std::function<void(FurtherShapes&)>>{
+           [](FurtherShapes& of) { of.shapes[0].faces[0].normal[2] = 1.1; },
+           [](FurtherShapes& of) { of.shapes[0].faces[0].offset_m = std::nan(""); },
+           [](FurtherShapes& of) { of.shapes[0].face_count = 2; },
+           [](FurtherShapes& of) { of.shapes[0].kind = static_cast<ShapeKind>(7); }}) {
+    FurtherShapes bad = further_;
+    spoil(bad);
+    rig_->servant->shapes.store(bad);
+    EXPECT_EQ(verdict_of(number_of(bad)), Verdict::kMalformed);
+  }
+  FurtherShapes many = further_;
+  many.count = std::uint64_t{1} << 40;
+  rig_->servant->shapes.store(many);
+  EXPECT_EQ(verdict_of(1), Verdict::kMalformed);
+  EXPECT_EQ(rig_->snapshot.position_q, kBent);
+}
+
+TEST_F(FurtherShapesCheck, OfAFormerServantHoldForItsCommands) {
+  rig_->servant->shapes.store(further_);
+  auto up = kBent;
+  up[1] = 0.75;
+  for (const Joints& to : {up, down_}) {
+    auto commands =
+        std::get<std::vector<Command>>(liar_.move_joints({to == up ? kBent : up, 0.0}, {}, to, 0.0));
+    for (Command& command : commands) command.shapes = number_of(further_);
+    rig_->submit(commands);
+  }
+  rig_->step(3);
+  auto former = std::exchange(rig_->servant, std::make_unique<ServantSegment>());
+  rig_->servant->next_command_id.store(former->next_command_id.load());
+  rig_->cycle->connect({rig_->servant.get(), ++rig_->session});
+  former.reset();
+  EXPECT_EQ(verdict(), Verdict::kDone);
+  EXPECT_EQ(verdict(), Verdict::kLimit);
 }
 
 }  // namespace

@@ -36,11 +36,11 @@ class SoftLimitsFile : public ::testing::Test {
 
   [[nodiscard]] SoftLimitsStore store() const { return {directory_, "lynx5", "ssc32"}; }
   [[nodiscard]] fs::path file() const { return directory_ / "lynx5.limits"; }
-  [[nodiscard]] std::string text() const { return soft_limits_text(sample_, "lynx5", "ssc32", arm_); }
+  [[nodiscard]] std::string text() const { return SoftLimitsText::write(sample_, {"lynx5", "ssc32"}, arm_); }
   [[nodiscard]] std::string refusal(const std::string& text) const {
     try {
-      (void)parse_soft_limits(text, "lynx5", "ssc32", arm_);
-    } catch (const SoftLimitsError& error) {
+      (void)SoftLimitsText::read(text, {"lynx5", "ssc32"}, arm_);
+    } catch (const SettingError& error) {
       return error.what();
     }
     return "";
@@ -79,7 +79,8 @@ TEST_F(SoftLimitsFile, OfAnotherRobotOrProfileAreRejected) {
   EXPECT_THAT(refusal(changed("robot = \"lynx5\"", "robot = \"lynx6\"")), HasSubstr("another robot"));
   ArmModel other = arm_;
   other.joints[0].upper_q -= 0.1;
-  EXPECT_THAT(refusal(soft_limits_text(sample_, "lynx5", "ssc32", other)), HasSubstr("profile has changed"));
+  EXPECT_THAT(refusal(SoftLimitsText::write(sample_, {"lynx5", "ssc32"}, other)),
+              HasSubstr("profile has changed"));
   EXPECT_THAT(refusal(changed("format = 3", "format = 2")), HasSubstr("format"));
 }
 
@@ -90,7 +91,7 @@ TEST_F(SoftLimitsFile, OfAnotherDeviceAreNotTaken) {
   store().save(sample_, arm_);
   simulator.save(std::nullopt, arm_);
   EXPECT_TRUE(store().load(arm_));
-  EXPECT_THROW((void)SoftLimitsStore(directory_, "lynx5", "maestro").load(arm_), SoftLimitsError);
+  EXPECT_THROW((void)SoftLimitsStore(directory_, "lynx5", "maestro").load(arm_), SettingError);
 }
 
 TEST_F(SoftLimitsFile, ThatNoServantWritesAreRejected) {
@@ -100,7 +101,7 @@ TEST_F(SoftLimitsFile, ThatNoServantWritesAreRejected) {
         "lower = [85, -28, -27, -45]\n", "lower = [-80, -28, -27]\n", "lower = [-80, -28, -27, -45, 0]\n",
         "lower = [\"a\", -28, -27, -45]\n", "lower = 3\n", ""})
     EXPECT_NE(refusal(changed(lower, wrong)), "") << wrong;
-  EXPECT_NE(refusal(std::string(kMaxSoftLimitsBytes + 1, ' ')), "");
+  EXPECT_NE(refusal(std::string(SoftLimitsText::kMostBytes + 1, ' ')), "");
   EXPECT_NE(refusal(""), "");
   EXPECT_EQ(refusal(text()), "");
 }
@@ -122,8 +123,8 @@ TEST_F(SoftLimitsFile, WithAnyByteChangedAreRejectedOrWithinTheProfile) {
     damaged[random() % damaged.size()] = static_cast<char>(random());
     JointRanges read;
     try {
-      read = parse_soft_limits(damaged, "lynx5", "ssc32", arm_);
-    } catch (const SoftLimitsError&) {
+      read = SoftLimitsText::read(damaged, {"lynx5", "ssc32"}, arm_);
+    } catch (const SettingError&) {
       continue;
     }
     for (std::size_t j = 0; j < arm_.dof; ++j) {
@@ -137,10 +138,10 @@ TEST_F(SoftLimitsFile, WithAnyByteChangedAreRejectedOrWithinTheProfile) {
 TEST_F(SoftLimitsFile, ThatOthersMayWriteOrThatIsNoFileIsRejected) {
   store().save(sample_, arm_);
   ASSERT_EQ(::chmod(file().c_str(), 0666), 0);
-  EXPECT_THROW((void)store().load(arm_), SoftLimitsError);
+  EXPECT_THROW((void)store().load(arm_), SettingError);
   fs::remove(file());
   fs::create_directory(file());
-  EXPECT_THROW((void)store().load(arm_), SoftLimitsError);
+  EXPECT_THROW((void)store().load(arm_), SettingError);
   EXPECT_THROW(store().save(sample_, arm_), std::system_error);
   EXPECT_THROW(SoftLimitsStore(directory_, "../lynx5", "ssc32"), std::invalid_argument);
 }

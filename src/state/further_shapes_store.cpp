@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "state/further_shapes_store.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "corbot/arm/shape_numbers.h"
+#include "corbot/kinematics/arm_parts.h"
+#include "state/setting_text.h"
+
+namespace corbot {
+namespace {
+
+constexpr std::int64_t kShapesFormat = 1;
+constexpr std::array<std::string_view, 3> kKinds{"plane", "in", "out"};  // by ShapeKind
+
+std::string line_of(const WorkspaceShape& shape) {
+  const ShapeNumbers n = numbers_of(shape);
+  std::vector<double> numbers(n.normal.begin(), n.normal.end());
+  numbers.push_back(n.offset_m);
+  if (shape.kind != ShapeKind::kPlane) {
+    numbers.assign(n.from_m.begin(), n.from_m.end());
+    numbers.insert(numbers.end(), n.to_m.begin(), n.to_m.end());
+  }
+  return fmt::format("  {{ name = \"{}\", kind = \"{}\", parts = {}, numbers = [{}] }},\n", shape.name.data(),
+                     kKinds[static_cast<std::size_t>(shape.kind)], shape.parts, fmt::join(numbers, ", "));
+}
+
+std::vector<double> read_numbers(const toml::table& table, std::size_t count) {
+  const toml::array* array = table["numbers"].as_array();
+  if (array == nullptr || array->size() != count)
+    throw SettingError(fmt::format("numbers: must be {} numbers", count));
+  std::vector<double> numbers;
+  for (const toml::node& node : *array) {
+    const auto value = node.value<double>();
+    if (!node.is_number() || !value || !(std::abs(*value) <= kFarthestShape_m))
+      throw SettingError(fmt::format("numbers: not a number of at most {}", kFarthestShape_m));
+    numbers.push_back(*value);
+  }
+  return numbers;
+}
+
+WorkspaceShape read_shape(const toml::table& table) {
+  const auto name = required_value<std::string>(table, "name");
+  if (!is_file_name(name) || name.size() > WorkspaceShape::kLongestName)
+    throw SettingError("name: not the name of a plane or box");
+  const auto kind_name = required_value<std::string>(table, "kind");
+  const auto found = std::find(kKinds.begin(), kKinds.end(), kind_name);
+  if (found == kKinds.end()) throw SettingError("kind: unknown");
+  const auto parts = required_value<std::int64_t>(table, "parts");
+  if (parts < 1 || parts > static_cast<std::int64_t>(kAllParts))
+    throw SettingError(fmt::format("parts: {}, allowed 1 to {}", parts, kAllParts));
+  const auto kind = static_cast<ShapeKind>(found - kKinds.begin());
+  ShapeNumbers numbers;
+  if (kind == ShapeKind::kPlane) {
+    const std::vector<double> read = read_numbers(table, 4);
+    std::copy_n(read.begin(), 3, numbers.normal.begin());
+    numbers.offset_m = read[3];
+  } else {
+    const std::vector<double> read = read_numbers(table, 6);
+    std::copy_n(read.begin(), 3, numbers.from_m.begin());
+    std::copy_n(read.begin() + 3, 3, numbers.to_m.begin());
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!(numbers.from_m[i] < numbers.to_m[i])) throw SettingError("numbers: not a box");
+  }
+  WorkspaceShape shape = shape_of(kind, static_cast<std::uint32_t>(parts), numbers);
+  std::copy(name.begin(), name.end(), shape.name.begin());
+  return shape;
+}
+
+}  // namespace
+
+std::string FurtherShapesText::write(const FurtherShapes& further, const SettingOwner& owner,
+                                     const ArmModel& arm) {
+  std::string text = setting_head("The planes and boxes that were set beside the profile's [workspace].",
+                                  kShapesFormat, owner, arm);
+  text += "shapes = [  # of a plane: normal, offset in m; of a box: corners in m\n";
+  for (std::size_t k = 0; k < further.count; ++k) text += line_of(further.shapes[k]);
+  return text + "]\n" + kSettingEnd;
+}
+
+FurtherShapes FurtherShapesText::read(std::string_view text, const SettingOwner& owner, const ArmModel& arm) {
+  const toml::table table = read_setting(text, kMostBytes, kShapesFormat, owner, arm);
+  const toml::array* array = table["shapes"].as_array();
+  if (array == nullptr || array->size() > FurtherShapes::kMostShapes)
+    throw SettingError(fmt::format("shapes: must be at most {}", FurtherShapes::kMostShapes));
+  FurtherShapes further;
+  for (const toml::node& node : *array) {
+    const toml::table* one = node.as_table();
+    if (one == nullptr) throw SettingError("shapes: not a table");
+    further.shapes[further.count++] = read_shape(*one);
+  }
+  if (!are_sound(further)) throw SettingError("shapes: a normal is no unit vector");
+  return further;
+}
+
+}  // namespace corbot
