@@ -103,6 +103,9 @@ def plan_everything(arm: corbot.Arm) -> None:
 def set_everything(arm: corbot.Arm) -> None:
     arm.set_limits([(limit.lower, limit.upper) for limit in arm.limits])
     arm.reset_limits()
+    arm.set_workspace([corbot.Shape.plane("floor2", (0, 0, 1), -1.0)])
+    assert arm.workspace.further[0].parts == ("tool", "wrist", "elbow")
+    arm.reset_workspace()
     arm.set_frames(tool=arm.frames.tool, base=arm.frames.base)
     arm.reset_frames()
     arm.set_speeds(tool=100, joints=100)

@@ -229,6 +229,10 @@ void run_request(const ClientOptions& options, const Request& request) {
     Client client(find_robot(options.robot), options.timeout_s);
     return fmt::print("{}", read_frames(client));
   }
+  if (request.verb == Verb::kWorkspace && !request.reset) {
+    Client client(find_robot(options.robot), options.timeout_s);
+    return fmt::print("{}", read_workspace(client));
+  }
   if (request.verb == Verb::kSpeed && request.numbers.empty()) {
     Client client(find_robot(options.robot), options.timeout_s);
     return fmt::print("{}\n", speeds_text(read_status(client)));

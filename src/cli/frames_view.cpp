@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/joint_view.h"
+#include "corbot/kinematics/arm_parts.h"
 
 namespace corbot::cli {
 namespace {
@@ -18,6 +19,25 @@ std::string text_of(const Corbot::Pose& frame) {
   const auto& [p, q] = frame;
   return fmt::format("{:.6g} {:.6g} {:.6g} m, orientation {:.9g} {:.9g} {:.9g} {:.9g}", p.x, p.y, p.z, q.w,
                      q.x, q.y, q.z);
+}
+
+std::string point_text(const Corbot::Point& at) {
+  return fmt::format("{:.6g} {:.6g} {:.6g}", at.x, at.y, at.z);
+}
+
+/// Returns a line like "set      post  out of 0 0 0 to 1 1 1 m, for tool wrist".
+std::string shape_text(const Corbot::WorkspaceShape& shape, const char* origin) {
+  std::string text = fmt::format("{:8} {}  ", origin, client::printable(shape.name.in()));
+  if (shape.kind == Corbot::ShapePlane) {
+    text += fmt::format("beyond {:.6g} m along {}", shape.offset, point_text(shape.normal));
+  } else {
+    text += fmt::format("{} {} to {} m", shape.kind == Corbot::ShapeInside ? "within" : "out of",
+                        point_text(shape.least), point_text(shape.greatest));
+  }
+  text += ", for";
+  for (std::size_t part = 0; part < kArmParts; ++part)
+    if ((shape.parts & bit_of(part)) != 0) text += fmt::format(" {}", kPartNames[part]);
+  return text + '\n';
 }
 
 struct Joint {
@@ -101,6 +121,15 @@ std::string read_frames(Client& client) {
   const Corbot::Pose tool = client.call([](auto& arm) { return arm.ToolFrame(); });
   const Corbot::Pose base = client.call([](auto& arm) { return arm.BaseFrame(); });
   return fmt::format("tool  {}\nbase  {}\n", text_of(tool), text_of(base));
+}
+
+std::string read_workspace(Client& client) {
+  const Corbot::WorkspaceInfo_var now = client.call([](auto& arm) { return arm.Workspace(); });
+  std::string text;
+  for (CORBA::ULong k = 0; k < now->profile.length(); ++k) text += shape_text(now->profile[k], "profile");
+  for (CORBA::ULong k = 0; k < now->further.length(); ++k) text += shape_text(now->further[k], "set");
+  if (!now->known) text += "the planes and boxes that were set are not known: set them, or --reset\n";
+  return text.empty() ? "no planes and boxes: the arm may be anywhere\n" : text;
 }
 
 std::string read_solutions(Client& client, const std::vector<double>& pose, bool as_json) {

@@ -330,6 +330,8 @@ void Client::set(const Request& request) {
               ExitCode::kUsage,
               "frames: a program cannot show frames; write 'frames --reset' for the profile's frames");
         return arm.ResetFrames();
+      case Verb::kWorkspace:
+        return arm.ResetWorkspace();
       case Verb::kOverride:
         return arm.Override(n[0]);
       case Verb::kStop:

@@ -34,6 +34,7 @@ enum class Verb {
   kTool,
   kBase,
   kFrames,
+  kWorkspace,
   kOverride,
   // Commands that act at once and are not allowed in programs.
   kStop,

@@ -25,8 +25,8 @@ struct SettingOwner {
   std::string robot, device;
 };
 
-/// The file DIRECTORY/STEM.SUFFIX of one setting, see state_file_stem(), which only the servant writes. `Text`
-/// has the type of the value, its suffix, and the value as text. Not real-time safe.
+/// The file DIRECTORY/STEM.SUFFIX of one setting, see state_file_stem(), which only the servant writes.
+/// `Text` has the type of the value, its suffix, and the value as text. Not real-time safe.
 template <class Text>
 class SettingStore {
  public:

@@ -11,7 +11,7 @@
 #include "corbot/arm/arm_model.h"
 #include "state/setting_store.h"
 
-// What the texts of all settings have in common. For the sources of this room only.
+// The texts of all settings have this in common. For the sources of this room only.
 
 namespace corbot {
 

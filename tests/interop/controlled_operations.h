@@ -28,6 +28,8 @@ inline std::vector<Operation> guarded_operations() {
              const Corbot::JointRanges_var all = arm->MovRange();
              arm->SetSoftLimits(all.in());
            }},
+          {"SetWorkspace", [](auto arm) { arm->SetWorkspace(Corbot::WorkspaceShapes()); }},
+          {"ResetWorkspace", [](auto arm) { arm->ResetWorkspace(); }},
           {"SetToolFrame", [](auto arm) { arm->SetToolFrame(arm->ToolFrame()); }},
           {"SetBaseFrame", [](auto arm) { arm->SetBaseFrame(arm->BaseFrame()); }},
           {"ResetFrames", [](auto arm) { arm->ResetFrames(); }},

@@ -47,10 +47,12 @@ from corbot.values import (
     PlanLimit,
     PlanPart,
     Servant,
+    Shape,
     Solution,
     Speeds,
     State,
     Status,
+    Workspace,
 )
 
 __all__ = [
@@ -97,6 +99,7 @@ __all__ = [
     "RobotNotFound",
     "RobotWork",
     "Servant",
+    "Shape",
     "Sighting",
     "Simulation",
     "SimulationFailed",
@@ -110,6 +113,7 @@ __all__ = [
     "Stopped",
     "Unreachable",
     "Work",
+    "Workspace",
     "cell",
     "connect",
     "record",

@@ -23,6 +23,7 @@ from corbot.motion import Motion
 from corbot.poses import Array, Point, Pose, Quaternion
 from corbot.states import States
 from corbot.values import (
+    PARTS,
     Alarm,
     Diagnostics,
     Frames,
@@ -31,9 +32,11 @@ from corbot.values import (
     MotionState,
     Plan,
     Servant,
+    Shape,
     Solution,
     Speeds,
     State,
+    Workspace,
     alarm_of,
     diagnostics_of,
     limits_of,
@@ -41,6 +44,7 @@ from corbot.values import (
     pose_of,
     solution_of,
     state_of,
+    workspace_of,
 )
 
 _PLANNED = ("move", "line", "arc", "pose", "relative", "joints", "drive", "ready")
@@ -238,6 +242,19 @@ class Arm:
     def reset_limits(self) -> None:
         """Restore the profile's ranges as soft limits."""
         self.call("ResetSoftLimits")
+
+    @property
+    def workspace(self) -> Workspace:
+        """The planes and boxes to which motions keep: the profile's, and those that clients have set."""
+        return workspace_of(self.call("_get_Workspace"))
+
+    def set_workspace(self, further: Sequence[Shape]) -> None:
+        """Set planes and boxes beside the profile's, for all clients. They outlive a power-down."""
+        self.call("SetWorkspace", [_shape(shape) for shape in further])
+
+    def reset_workspace(self) -> None:
+        """Remove the planes and boxes that clients have set."""
+        self.call("ResetWorkspace")
 
     @property
     def frames(self) -> Frames:
@@ -538,6 +555,27 @@ def _joint_list(values: Iterable[_Value]) -> list[_Value]:
 
 def _range(limits: Iterable[float]) -> Any:
     return _orb.Corbot.JointRange(*_row(limits, 2, "A range is a lower and an upper limit"))
+
+
+def _shape(shape: Shape) -> Any:
+    kinds = {
+        "plane": _orb.Corbot.ShapePlane,
+        "in": _orb.Corbot.ShapeInside,
+        "out": _orb.Corbot.ShapeOutside,
+    }
+    unknown = [part for part in shape.parts if part not in PARTS]
+    if shape.kind not in kinds or unknown:
+        wrong = unknown[0] if unknown else shape.kind
+        raise ValueError(f"'{wrong}' is no kind of a shape and no part of {', '.join(PARTS)}.")
+    return _orb.Corbot.WorkspaceShape(
+        shape.name,
+        kinds[shape.kind],
+        sum(1 << PARTS.index(part) for part in set(shape.parts)),
+        _point(shape.normal),
+        float(shape.offset),
+        _point(shape.least),
+        _point(shape.greatest),
+    )
 
 
 def _point(point: PointLike) -> Any:

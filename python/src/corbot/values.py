@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -149,6 +150,55 @@ class Frames:
 
     tool: Pose
     base: Pose
+
+
+PARTS = ("tool", "wrist", "elbow")
+_NOWHERE = Point(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A plane or a box of the workspace, metres: the named parts of the arm keep to it."""
+
+    name: str
+    kind: Literal["plane", "in", "out"]
+    parts: tuple[str, ...] = PARTS
+    normal: Point = _NOWHERE
+    offset: float = 0.0
+    least: Point = _NOWHERE
+    greatest: Point = _NOWHERE
+
+    @classmethod
+    def plane(
+        cls, name: str, normal: Sequence[float], offset: float, *, parts: Sequence[str] = PARTS
+    ) -> Shape:
+        """Keep the parts on the side into which `normal` points, from `offset` along it on."""
+        return cls(name, "plane", tuple(parts), normal=Point(*normal), offset=offset)
+
+    @classmethod
+    def box(
+        cls,
+        name: str,
+        least: Sequence[float],
+        greatest: Sequence[float],
+        *,
+        stay: Literal["in", "out"] = "out",
+        parts: Sequence[str] = PARTS,
+    ) -> Shape:
+        """Keep the parts out of a box, or in it, between its corners."""
+        return cls(name, stay, tuple(parts), least=Point(*least), greatest=Point(*greatest))
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """The planes and boxes in force: of the profile, and `further` ones that clients have set.
+
+    If the further ones are not `known`, no joint moves until they are set or reset.
+    """
+
+    profile: tuple[Shape, ...]
+    further: tuple[Shape, ...]
+    known: bool
 
 
 @dataclass(frozen=True)
@@ -300,6 +350,28 @@ def limits_of(joints: Any, soft: Any) -> tuple[JointLimits, ...]:
             *between,
         )
         for joint, between in zip(joints, ranges or [(None, None)] * len(joints), strict=True)
+    )
+
+
+_SHAPE_KINDS: dict[str, Literal["plane", "in", "out"]] = {
+    "ShapePlane": "plane",
+    "ShapeInside": "in",
+    "ShapeOutside": "out",
+}
+
+
+def _shape_of(shape: Any) -> Shape:
+    normal, least, greatest = (
+        Point(point.x, point.y, point.z) for point in (shape.normal, shape.least, shape.greatest)
+    )
+    parts = tuple(name for bit, name in enumerate(PARTS) if shape.parts >> bit & 1)
+    return Shape(shape.name, _SHAPE_KINDS[str(shape.kind)], parts, normal, shape.offset, least, greatest)
+
+
+def workspace_of(info: Any) -> Workspace:
+    """Read a WorkspaceInfo of the interface."""
+    return Workspace(
+        tuple(map(_shape_of, info.profile)), tuple(map(_shape_of, info.further)), bool(info.known)
     )
 
 

@@ -361,6 +361,25 @@ Corbot::JointRanges* ArmServant::SoftLimits() {
   return new Corbot::JointRanges(to_corba(limits.lower, limits.upper, count));
 }
 
+void ArmServant::SetWorkspace(const Corbot::WorkspaceShapes& further) {
+  corbot_shape wanted[CORBOT_MAX_FURTHER_SHAPES];
+  for (CORBA::ULong i = 0; i < further.length() && i < CORBOT_MAX_FURTHER_SHAPES; ++i)
+    wanted[i] = to_shape(further[i]);
+  const corbot_shape* const first = wanted;
+  change(CORBOT_PLACE_TO_CHANGE, corbot_robot_set_workspace, first, std::size_t{further.length()});
+}
+void ArmServant::ResetWorkspace() { change(CORBOT_PLACE_TO_CHANGE, corbot_robot_reset_workspace); }
+
+Corbot::WorkspaceInfo* ArmServant::Workspace() {
+  corbot_workspace now;
+  corbot_robot_workspace(&robot_, &now);
+  Corbot::WorkspaceInfo_var result = new Corbot::WorkspaceInfo;
+  to_corba(now.shapes, now.profile_count, result->profile);
+  to_corba(now.shapes + now.profile_count, now.further_count, result->further);
+  result->known = now.known != 0;
+  return result._retn();
+}
+
 Corbot::AlarmList* ArmServant::Alarms() {
   corbot_alarm alarms[CORBOT_MAX_ALARMS];
   const std::size_t count = corbot_robot_alarms(&robot_, alarms);

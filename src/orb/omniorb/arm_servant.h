@@ -110,6 +110,9 @@ class ArmServant final : public POA_Corbot::Arm {
   void SetSoftLimits(const Corbot::JointRanges& limits) override;
   void ResetSoftLimits() override;
   Corbot::JointRanges* SoftLimits() override;
+  void SetWorkspace(const Corbot::WorkspaceShapes& further) override;
+  void ResetWorkspace() override;
+  Corbot::WorkspaceInfo* Workspace() override;
   Corbot::JointList* Joints() override;
   char* Description() override;
   Corbot::ArmState* State() override;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "orb/omniorb/convert.h"
 
+#include <string_view>
+
 namespace corbot::omni {
 
 Corbot::Pose to_corba(const corbot_tool_pose& tool) {
@@ -130,6 +132,44 @@ void fill(const corbot_arm_state& from, CORBA::ULong dof, Corbot::ArmState& to) 
   to.control.holder = CORBA::string_dup(from.holder.who);
   to.control.left = from.holder.left_s;
   to.control.held = from.held != 0;
+}
+
+namespace {
+
+Corbot::Point point_of(const double (&at_m)[3]) { return {at_m[0], at_m[1], at_m[2]}; }
+void take_point(const Corbot::Point& point, double (&at_m)[3]) {
+  at_m[0] = point.x;
+  at_m[1] = point.y;
+  at_m[2] = point.z;
+}
+
+}  // namespace
+
+void to_corba(const corbot_shape* shapes, std::size_t count, Corbot::WorkspaceShapes& to) {
+  to.length(static_cast<CORBA::ULong>(count));
+  for (CORBA::ULong i = 0; i < to.length(); ++i) {
+    const corbot_shape& from = shapes[i];
+    to[i].name = CORBA::string_dup(from.name);
+    to[i].kind = static_cast<Corbot::ShapeKind>(from.kind);
+    to[i].parts = from.parts;
+    to[i].normal = point_of(from.normal);
+    to[i].offset = from.offset_m;
+    to[i].least = point_of(from.from_m);
+    to[i].greatest = point_of(from.to_m);
+  }
+}
+
+corbot_shape to_shape(const Corbot::WorkspaceShape& shape) {
+  corbot_shape to{};
+  const std::string_view name = shape.name.in();
+  name.copy(to.name, sizeof(to.name) - 1);
+  to.kind = static_cast<corbot_shape_kind>(shape.kind);
+  to.parts = shape.parts;
+  take_point(shape.normal, to.normal);
+  to.offset_m = shape.offset;
+  take_point(shape.least, to.from_m);
+  take_point(shape.greatest, to.to_m);
+  return to;
 }
 
 }  // namespace corbot::omni

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <arm.hh>
+#include <cstddef>
 
 #include "robot/corbot_robot.h"
 
@@ -17,6 +18,9 @@ namespace corbot::omni {
 [[nodiscard]] Corbot::Pose to_corba(const corbot_tool_pose& tool);
 [[nodiscard]] corbot_tool_pose from_corba(const Corbot::Pose& pose);
 [[nodiscard]] Corbot::GripperInfo to_corba(const corbot_gripper_info& gripper);
+void to_corba(const corbot_shape* shapes, std::size_t count, Corbot::WorkspaceShapes& to);
+/// Converts back. A name that is too long fills its place and is refused by its length.
+[[nodiscard]] corbot_shape to_shape(const Corbot::WorkspaceShape& shape);
 /// Converts back.
 void fill(const corbot_motion_info& from, Corbot::MotionInfo& to);
 void fill(const corbot_device_info& from, Corbot::DeviceInfo& to);

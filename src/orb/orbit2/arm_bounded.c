@@ -94,6 +94,19 @@ static void reset_soft_limits(PortableServer_Servant servant, CORBA_Environment*
   requests_leave(self_of(servant)->target);
 }
 
+static void set_workspace(PortableServer_Servant servant, const Corbot_WorkspaceShapes* further,
+                          CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.SetWorkspace(servant, further, ev);
+  requests_leave(self_of(servant)->target);
+}
+
+static void reset_workspace(PortableServer_Servant servant, CORBA_Environment* ev) {
+  if (is_refused(servant, ev)) return;
+  inner.ResetWorkspace(servant, ev);
+  requests_leave(self_of(servant)->target);
+}
+
 void arm_bound(POA_Corbot_Arm__epv* arm) {
   inner = *arm;
   arm->Stop = stop;
@@ -107,4 +120,6 @@ void arm_bound(POA_Corbot_Arm__epv* arm) {
   arm->Clear = clear;
   arm->SetSoftLimits = set_soft_limits;
   arm->ResetSoftLimits = reset_soft_limits;
+  arm->SetWorkspace = set_workspace;
+  arm->ResetWorkspace = reset_workspace;
 }

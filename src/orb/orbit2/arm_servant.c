@@ -10,6 +10,7 @@
 #include "orb/orbit2/arm_plans.h"
 #include "orb/orbit2/arm_poses.h"
 #include "orb/orbit2/arm_reads.h"
+#include "orb/orbit2/arm_workspace.h"
 
 static PortableServer_ServantBase__epv base_epv;
 static POA_Corbot_Robot__epv robot_epv;
@@ -24,6 +25,7 @@ void arm_servant_init(ArmServant* servant, corbot_robot* robot, const ControlRef
   arm_set_reads(&robot_epv, &arm_epv);
   arm_set_frames(&arm_epv);
   arm_set_plans(&arm_epv);
+  arm_set_workspace(&arm_epv);
   arm_bound(&arm_epv);
   memset(servant, 0, sizeof(*servant));
   servant->base.vepv = &vepv;
