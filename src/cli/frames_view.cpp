@@ -6,6 +6,7 @@
 
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "cli/joint_view.h"
 #include "corbot/kinematics/arm_parts.h"
@@ -25,7 +26,7 @@ std::string point_text(const Corbot::Point& at) {
   return fmt::format("{:.6g} {:.6g} {:.6g}", at.x, at.y, at.z);
 }
 
-/// Returns a line like "set      post  out of 0 0 0 to 1 1 1 m, for tool wrist".
+/// Returns a line like "set      post  out of 0 0 0 to 1 1 1 m, for tool, wrist".
 std::string shape_text(const Corbot::WorkspaceShape& shape, const char* origin) {
   std::string text = fmt::format("{:8} {}  ", origin, client::printable(shape.name.in()));
   if (shape.kind == Corbot::ShapePlane) {
@@ -34,9 +35,12 @@ std::string shape_text(const Corbot::WorkspaceShape& shape, const char* origin) 
     text += fmt::format("{} {} to {} m", shape.kind == Corbot::ShapeInside ? "within" : "out of",
                         point_text(shape.least), point_text(shape.greatest));
   }
-  text += ", for";
-  for (std::size_t part = 0; part < kArmParts; ++part)
-    if ((shape.parts & bit_of(part)) != 0) text += fmt::format(" {}", kPartNames[part]);
+  const char* before = ", for ";
+  for (std::size_t part = 0; part < kArmParts; ++part) {
+    if ((shape.parts & bit_of(part)) == 0) continue;
+    text += std::exchange(before, ", ");
+    text += kPartNames[part];
+  }
   return text + '\n';
 }
 

@@ -51,14 +51,24 @@ std::optional<PlanRefusal> check_box(const ShapeNumbers& numbers) {
 }
 
 std::optional<PlanRefusal> check_parts(const ArmModel& arm, std::uint32_t parts) {
-  const ArmParts known = parts_of(arm.kinematics.chain());
-  std::uint32_t allowed = 0;
-  for (std::size_t part = 0; part < kArmParts; ++part)
-    if (known[part].exists) allowed |= bit_of(part);
+  const ArmParts known = parts_of(points_of(arm.kinematics.chain()));
+  std::uint32_t allowed = 0, thin = 0;
+  for (std::size_t part = 0; part < kArmParts; ++part) {
+    if (!known[part].exists) continue;
+    const bool is_guarded = part < kFirstLink || radius_m(arm.workspace, part) > 0.0;
+    (is_guarded ? allowed : thin) |= bit_of(part);
+  }
+  if ((parts & thin) != 0) {
+    return bad_shape(
+        parts, 1, allowed,
+        fmt::format("parts {}: the profile gives no link_radius_m for links, so the parts of this "
+                    "arm are {}",
+                    parts, allowed));
+  }
   if (parts <= kAllParts && (parts & allowed) != 0) return std::nullopt;
-  return bad_shape(parts, 1, kAllParts,
+  return bad_shape(parts, 1, allowed,
                    fmt::format("parts {}: a sum of {} that names a part of this arm, which has {}", parts,
-                               "1 tool, 2 wrist and 4 elbow", allowed));
+                               "1 tool, 2 wrist, 4 elbow, 8 upper arm, 16 forearm and 32 hand", allowed));
 }
 
 }  // namespace
@@ -76,13 +86,16 @@ std::variant<WorkspaceShape, PlanRefusal> checked_shape(const ArmModel& arm, Sha
 std::optional<PlanRefusal> check_stands_within(const ArmModel& arm, const PlanSettings& settings,
                                                const FurtherShapes& further, const Joints& position_q) {
   const Kinematics framed = in_frames(arm.kinematics, settings);
-  const ArmParts parts = parts_of(framed.chain());
-  const auto states = part_states(framed.chain(), parts, position_q);
-  for (std::size_t k = 0; k < further.count; ++k) {
-    const WorkspaceShape& shape = further.shapes[k];
+  const ArmPoints points = points_of(framed.chain());
+  const ArmParts parts = parts_of(points);
+  const ArmStates states = part_states(framed.chain(), points, position_q);
+  WorkspaceLimits limits = arm.workspace;
+  add_shapes(limits, further);
+  for (std::size_t k = arm.workspace.count; k < limits.count; ++k) {
+    const WorkspaceShape& shape = limits.shapes[k];
     for (std::size_t part = 0; part < kArmParts; ++part) {
       if (!parts[part].exists || (shape.parts & bit_of(part)) == 0) continue;
-      const double here_m = clearance_m(shape, states[part].position_m);
+      const double here_m = clearance_m(limits, k, part, parts[part], states);
       if (here_m >= -kWorkspaceTolerance_m) continue;
       const std::string text = fmt::format("the {} stands {:.3g} mm beyond the wanted '{}'", kPartNames[part],
                                            -1e3 * here_m, shape.name.data());

@@ -201,7 +201,7 @@ typedef enum corbot_shape_kind {
 typedef struct corbot_shape {
   char name[CORBOT_SHAPE_NAME];
   corbot_shape_kind kind;
-  uint32_t parts;   /* a sum of 1 tool, 2 wrist, 4 elbow */
+  uint32_t parts;   /* a sum of 1 tool, 2 wrist, 4 elbow, 8 upper arm, 16 forearm, 32 hand */
   double normal[3]; /* of a plane, into the side where the parts stay */
   double offset_m;  /* of a plane from the origin, along the normal */
   double from_m[3]; /* of a box */

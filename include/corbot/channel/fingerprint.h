@@ -61,9 +61,11 @@ void add_shapes(Fnv1a& hash, const Shapes& workspace) noexcept {
       hash.add(shape.faces[i].offset_m);
     }
   }
+}
+inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
+  add_shapes(hash, workspace);
   for (const double radius_m : workspace.link_radius_m) hash.add(radius_m);
 }
-inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept { add_shapes(hash, workspace); }
 
 /// Returns the number by which a command names the further shapes that it was planned with; none: 0.
 [[nodiscard]] inline std::uint64_t number_of(const FurtherShapes& further) noexcept {

@@ -23,6 +23,7 @@ from corbot.motion import Motion
 from corbot.poses import Array, Point, Pose, Quaternion
 from corbot.states import States
 from corbot.values import (
+    LINKS,
     PARTS,
     Alarm,
     Diagnostics,
@@ -563,14 +564,14 @@ def _shape(shape: Shape) -> Any:
         "in": _orb.Corbot.ShapeInside,
         "out": _orb.Corbot.ShapeOutside,
     }
-    unknown = [part for part in shape.parts if part not in PARTS]
+    unknown = [part for part in shape.parts if part not in PARTS + LINKS]
     if shape.kind not in kinds or unknown:
         wrong = unknown[0] if unknown else shape.kind
-        raise ValueError(f"'{wrong}' is no kind of a shape and no part of {', '.join(PARTS)}.")
+        raise ValueError(f"'{wrong}' is no kind of a shape and no part of {', '.join(PARTS + LINKS)}.")
     return _orb.Corbot.WorkspaceShape(
         shape.name,
         kinds[shape.kind],
-        sum(1 << PARTS.index(part) for part in set(shape.parts)),
+        sum(1 << (PARTS + LINKS).index(part) for part in set(shape.parts)),
         _point(shape.normal),
         float(shape.offset),
         _point(shape.least),

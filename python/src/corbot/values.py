@@ -153,12 +153,16 @@ class Frames:
 
 
 PARTS = ("tool", "wrist", "elbow")
+LINKS = ("upper arm", "forearm", "hand")
 _NOWHERE = Point(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A plane or a box of the workspace, metres: the named parts of the arm keep to it."""
+    """A plane or a box of the workspace, metres: the named parts of the arm keep to it.
+
+    Parts are those in `PARTS`, and those in `LINKS` if the profile of the arm gives `link_radius_m`.
+    """
 
     name: str
     kind: Literal["plane", "in", "out"]
@@ -364,7 +368,7 @@ def _shape_of(shape: Any) -> Shape:
     normal, least, greatest = (
         Point(point.x, point.y, point.z) for point in (shape.normal, shape.least, shape.greatest)
     )
-    parts = tuple(name for bit, name in enumerate(PARTS) if shape.parts >> bit & 1)
+    parts = tuple(name for bit, name in enumerate(PARTS + LINKS) if shape.parts >> bit & 1)
     return Shape(shape.name, _SHAPE_KINDS[str(shape.kind)], parts, normal, shape.offset, least, greatest)
 
 
