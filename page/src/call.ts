@@ -11,6 +11,10 @@ export interface Order {
   percent?: number;
   to_m?: number[];
   time_s?: number;
+  piece?: number;
+  place?: string;
+  slot?: number;
+  gone?: true;
 }
 
 /// A program for `corbot run`, and the name of its file.

@@ -43,6 +43,7 @@ export interface Piece {
   robot: string;
   step: string;
   place: string;
+  slot: number; // -1: the place is an area
   position_m: number[];
 }
 
@@ -105,7 +106,7 @@ function cellState(data: Data): CellState {
     })),
     pieces: objects(data.pieces).map((piece) => ({
       number: number(piece.number), kind: text(piece.kind), robot: text(piece.robot), step: text(piece.step),
-      place: text(piece.place), position_m: numbers(piece.position_m),
+      place: text(piece.place), slot: number(piece.slot), position_m: numbers(piece.position_m),
     })),
     events: objects(data.events).map(pieceEvent),
     unclear: objects(data.unclear).map(pieceEvent),

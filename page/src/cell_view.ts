@@ -4,6 +4,7 @@
 import type { Order } from "./call.js";
 import { CellDrawing } from "./cell_drawing.js";
 import { CellGantt } from "./cell_gantt.js";
+import { CellNeeds, needsOf } from "./cell_needs.js";
 import type { CellDescription, CellState } from "./cell_state.js";
 import { button, el, section, setText, timeOfDay } from "./dom.js";
 import { authorization } from "./stop.js";
@@ -11,24 +12,11 @@ import { T } from "./texts.js";
 
 const PICTURE_INTERVAL_MS = 1000;
 
-/// Returns what waits for a person.
-export function needsOf({ places }: CellDescription, state: CellState): string[] {
-  const isFull = ({ name, pieces, capacity }: CellState["places"][number]): boolean =>
-    capacity > 0 && pieces >= capacity && places.some((place) => place.name === name && place.isLast);
-  return [
-    ...state.works.filter((work) => work.state === "attention" || work.state === "stopped")
-      .map(({ name, text }) => T.robotNeeds(name, text)),
-    ...(state.storeFault ? [state.storeFault] : []),
-    ...state.unclear.map(({ piece, robot, place, note }) => T.unclear(piece, robot, place, note)),
-    ...state.places.filter(isFull).map(({ name }) => T.isFull(name)),
-  ];
-}
-
 export class CellView {
   readonly root: HTMLElement;
   private readonly drawing: CellDrawing;
   private readonly gantt: CellGantt;
-  private readonly needs = el("div", { class: "needs", role: "alert" });
+  private readonly needs: CellNeeds;
   private readonly summary = el("p", { class: "summary", role: "status" });
   private readonly rows = el("tbody");
   private readonly refusal = el("p", { class: "bad", role: "alert" });
@@ -42,6 +30,7 @@ export class CellView {
               private readonly send: ((order: Order) => Promise<string>) | null) {
     this.drawing = new CellDrawing(cell, tool);
     this.gantt = new CellGantt(cell);
+    this.needs = new CellNeeds(send && ((name, order) => void this.call(name, order)));
     const view = section(T.cellView, this.drawing.root, el("p", { class: "legend" }, T.cellLegend));
     view.classList.add("from-above");
     const heads = [T.robot, T.does, T.piece, T.step];
@@ -49,8 +38,8 @@ export class CellView {
       ...heads.map((text) => el("th", { scope: "col" }, text)))), this.rows));
     const chart = section(T.gantt, this.gantt.root);
     chart.classList.add("chart");
-    this.root = el("div", { class: "cell" }, el("div", { class: "state" }, this.needs, this.controls()), view,
-                   table, section(T.camera, this.picture, this.noPicture), chart);
+    this.root = el("div", { class: "cell" }, el("div", { class: "state" }, this.needs.root, this.controls()),
+                   view, table, section(T.camera, this.picture, this.noPicture), chart);
     this.picture.hidden = true;
     this.timer = window.setInterval(() => void this.readPicture(), PICTURE_INTERVAL_MS);
     void this.readPicture();
@@ -58,12 +47,7 @@ export class CellView {
 
   refresh(state: CellState): void {
     setText(this.summary, T.cellSummary(T.cellModes[state.mode] ?? state.mode, state.placed));
-    const needs = needsOf(this.cell, state).join("\n");
-    if (this.needs.dataset.shown !== needs) {
-      this.needs.dataset.shown = needs;
-      this.needs.replaceChildren(...(needs ? [el("b", {}, T.needsPerson),
-        ...needs.split("\n").map((text) => el("p", {}, text))] : []));
-    }
+    this.needs.show(needsOf(this.cell, state));
     this.drawing.show(state);
     this.gantt.show(state);
     this.rows.replaceChildren(...state.works.map(({ name, state: own, piece, step, text }) => {

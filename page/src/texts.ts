@@ -41,9 +41,24 @@ export const T = {
   needsPerson: "A person is needed",
   robotNeeds: (robot: string, why: string): string => `${robot}: ${why}`,
   unclear: (piece: number, robot: string, place: string, note: string): string =>
-    `Piece ${piece} is unclear: ${robot} left it at ${place} (${note}). ` +
-    "Find it, then use 'corbot cell resolve'.",
-  isFull: (place: string): string => `${place} is full. Empty it, then use 'corbot cell exchange'.`,
+    `Piece ${piece} is unclear: ${robot} left it at ${place} (${note}). Find it, then report where it is.`,
+  isFull: (place: string): string => `${place} is full. Empty it, then report it.`,
+  goOn: (robot: string): string => `Let ${robot} go on`,
+  goOnMeans: "Each robot that waits for a person finds out where everything is, and moves. A pause ends. " +
+    "Keep clear of the arms.",
+  isGone: "It was taken away",
+  isGoneMeans: (piece: number): string => `The ledger counts piece ${piece} as gone. No robot looks for it.`,
+  isIn: (place: string): string => `It stands in ${place}`,
+  isInMeans: (piece: number, place: string): string =>
+    `Piece ${piece} stands in ${place}. It gets a new number when a robot takes it.`,
+  isInSlotMeans: (piece: number, place: string, slot: number): string =>
+    `Piece ${piece} stands in slot ${slot} of ${place}. Robots take it from there, or leave the slot alone.`,
+  isEmptied: (place: string): string => `${place} was emptied`,
+  isEmptiedMeans: (place: string): string =>
+    `The ledger counts each piece of ${place} as gone. Robots put pieces into all its slots.`,
+  inSlotOf: (place: string): string => `It stands in ${place}, slot`,
+  confirm: "Confirm",
+  cancel: "Cancel",
   cellView: "The cell from above",
   cellViewLabel: "The cell from above: places, pieces and robots. The table shows what the robots do.",
   cellLegend: "Numbered: pieces of the ledger. Pale: other pieces that the camera sees.",

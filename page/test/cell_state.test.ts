@@ -5,7 +5,7 @@ import { test } from "node:test";
 import {
   barsOf, isCarried, middleHue_deg, parseCells, parseCellUpdate, type PieceEvent,
 } from "../src/cell_state.js";
-import { needsOf } from "../src/cell_view.js";
+import { needsOf } from "../src/cell_needs.js";
 import { readStopReply } from "../src/stop.js";
 import { T } from "../src/texts.js";
 
@@ -24,7 +24,8 @@ test("A step lasts until the robot's next event, and the last one until now", ()
 });
 
 test("A piece is at the tool until the camera sees it at its target", () => {
-  const piece = { number: 1, kind: "", robot: "a", step: "placing", place: "", position_m: [0.2, 0.1, 0] };
+  const piece = { number: 1, kind: "", robot: "a", step: "placing", place: "", slot: 0,
+                  position_m: [0.2, 0.1, 0] };
   const seenAt = (x: number): { kind: string; position_m: number[] }[] =>
     [{ kind: "red", position_m: [x, 0.1, 0] }];
   assert.ok(isCarried(piece, seenAt(0.3)));
@@ -56,8 +57,31 @@ test("A person learns what to do", () => {
     unclear: [{ piece: 4, robot: "a", place: "mid", note: "gone" }],
   }))?.state;
   assert.ok(cells[0] && state);
-  assert.deepEqual(needsOf(cells[0], state), [T.robotNeeds("a", "fell"), "no store",
+  assert.deepEqual(needsOf(cells[0], state).map(({ text }) => text), [T.robotNeeds("a", "fell"), "no store",
     T.unclear(4, "a", "mid", "gone"), T.isFull("end")]);
+});
+
+test("A person can answer what the ledger allows", () => {
+  const places = [{ name: "area" }, { name: "mid", slots_m: [[0, 0], [1, 0], [2, 0]], last: true }];
+  const cells = parseCells(JSON.stringify([{ cell: "c", places }]));
+  const standing = (piece: number, slot: number, step: string): object =>
+    ({ number: piece, place: "mid", slot, step });
+  const state = parseCellUpdate(JSON.stringify({
+    cell: "c", number: 1, connected: true, store: "",
+    robots: [{ name: "a", state: "stopped", text: "by a Stop" }],
+    places: [{ name: "mid", pieces: 3, capacity: 3 }],
+    pieces: [standing(4, 1, "unclear"), standing(5, 0, "placed"), standing(6, 2, "held")],
+    unclear: [{ piece: 4, robot: "a", place: "mid", slot: 1, note: "gone" }],
+  }))?.state;
+  assert.ok(cells[0] && state);
+  assert.deepEqual(needsOf(cells[0], state).flatMap(({ choices }) => choices.map(({ order }) => order)), [
+    { do: "start" },
+    { do: "resolve", piece: 4, gone: true },
+    { do: "resolve", piece: 4, place: "area" },
+    { do: "resolve", piece: 4, place: "mid", slot: 1 },
+    { do: "resolve", piece: 4, place: "mid", slot: 2 },
+    { do: "exchange", place: "mid" },
+  ]);
 });
 
 test("The reply to a Stop names cells", () => {

@@ -5,6 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -21,6 +24,12 @@ namespace {
 using client::ExitCode;
 using client::Failure;
 using nlohmann::json;
+
+/// As idl/cell.idl allows.
+constexpr std::size_t kMostPlaceBytes = 32;
+constexpr std::uint64_t kMostSlot = std::numeric_limits<std::int32_t>::max();
+/// A page's number is exact up to here.
+constexpr std::uint64_t kMostPieceNumber = (std::uint64_t{1} << 53) - 1;
 
 /// A value in the body: a number, or a list of numbers.
 struct Field {
@@ -97,6 +106,47 @@ void check_keys(const Action& action, const json& body) {
   }
 }
 
+/// Begins a request of a cell that has no values but those.
+CellRequest of_cell(CellAction action, const json& body, std::initializer_list<std::string_view> allowed) {
+  for (const auto& [key, value] : body.items()) {
+    if (key == "cell" || key == "do") continue;
+    if (std::find(allowed.begin(), allowed.end(), key) == allowed.end())
+      refuse(fmt::format("{}: this order of a cell has no such value", client::printable(key)));
+  }
+  return {.action = action};
+}
+
+std::string place_of(const json& body) {
+  const auto value = body.find("place");
+  if (value == body.end() || !value->is_string()) refuse("place: must be a text, the name of a place");
+  auto place = value->get<std::string>();
+  if (place.empty() || place.size() > kMostPlaceBytes)
+    refuse(fmt::format("place: has {} bytes: must have 1 to {}", place.size(), kMostPlaceBytes));
+  return place;
+}
+
+std::uint64_t whole_number(const json& body, const char* key, std::uint64_t least, std::uint64_t most) {
+  const auto value = body.find(key);
+  if (value == body.end()) refuse(fmt::format("{}: is missing", key));
+  if (!value->is_number_unsigned() || *value < least || *value > most)
+    refuse(fmt::format("{}: {}: must be a whole number from {} to {}", key,
+                       client::printable(value->dump(-1, ' ', true)), least, most));
+  return value->get<std::uint64_t>();
+}
+
+CellRequest resolve_request(const json& body) {
+  CellRequest request = of_cell(CellAction::kResolve, body, {"piece", "place", "slot", "gone"});
+  request.piece = whole_number(body, "piece", 1, kMostPieceNumber);
+  const bool is_gone = body.contains("gone");
+  if (is_gone == body.contains("place") || (is_gone && (body.at("gone") != true || body.contains("slot"))))
+    refuse("resolve: say where the piece stands, by 'place' and 'slot', or \"gone\": true");
+  if (is_gone) return request;
+  request.place = place_of(body);
+  if (body.contains("slot"))
+    request.slot = static_cast<std::int32_t>(whole_number(body, "slot", 0, kMostSlot));
+  return request;
+}
+
 }  // namespace
 
 client::Request call_request(const json& body) {
@@ -117,15 +167,17 @@ client::Request call_request(const json& body) {
   return std::get<client::Request>(parsed);
 }
 
-client::Request cell_request(const json& body) {
-  for (const auto& [key, value] : body.items()) {
-    if (key != "cell" && key != "do")
-      refuse(fmt::format("{}: a cell has no such value", client::printable(key)));
-  }
+CellRequest cell_request(const json& body) {
   const json wanted = body.value("do", json());
-  if (wanted == "start") return {client::Verb::kResume, {}};
-  if (wanted == "pause") return {client::Verb::kPause, {}};
-  refuse("do: a cell has 'start' and 'pause'; POST /api/stop stops it");
+  if (wanted == "start") return of_cell(CellAction::kStart, body, {});
+  if (wanted == "pause") return of_cell(CellAction::kPause, body, {});
+  if (wanted == "exchange") {
+    CellRequest request = of_cell(CellAction::kExchange, body, {"place"});
+    request.place = place_of(body);
+    return request;
+  }
+  if (wanted == "resolve") return resolve_request(body);
+  refuse("do: a cell has 'start', 'pause', 'resolve' and 'exchange'; POST /api/stop stops it");
 }
 
 }  // namespace corbot::panel

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "client/request.h"
+#include "panel/order.h"
 
 namespace corbot::panel {
 
@@ -12,7 +12,7 @@ namespace corbot::panel {
 /// value that no robot could take.
 [[nodiscard]] client::Request call_request(const nlohmann::json& body);
 
-/// Does the same for {"cell": NAME, "do": "start" | "pause"}, with kResume for "start".
-[[nodiscard]] client::Request cell_request(const nlohmann::json& body);
+/// Does the same for {"cell": NAME, "do": ACTION, …}. It does not check whether the cell has the place.
+[[nodiscard]] CellRequest cell_request(const nlohmann::json& body);
 
 }  // namespace corbot::panel

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cell/orb_server.h"
+#include "cell/store_refusal.h"
 #include "cell/wall_clock.h"
 #include "client/explain.h"
 #include "panel/own_reference.h"
@@ -25,6 +26,8 @@ using nlohmann::json;
 constexpr std::chrono::seconds kLookInterval{1};
 constexpr double kEventsFor_s = 90;
 constexpr std::size_t kMostEvents = 200;
+/// Whose word the ledger records.
+constexpr const char* kWho = "panel";
 constexpr double kDegrees = 180.0 / 3.14159265358979323846;
 
 const char* word_of(Corbot::WorkState state) {
@@ -107,16 +110,25 @@ auto ask(const char* program, const std::string& uri, F&& f) -> decltype(f()) {
     return f();
   } catch (const Corbot::NotReady& error) {
     throw Failure(ExitCode::kRefused, fmt::format("{}: {}", program, printable(error.reason.in())));
+  } catch (const Corbot::BadParameter& error) {
+    throw Failure(ExitCode::kRefused, cell::refusal_text(error));
+  } catch (const Corbot::Full& error) {
+    throw Failure(ExitCode::kRefused, cell::refusal_text(error));
+  } catch (const Corbot::Occupied& error) {
+    throw Failure(ExitCode::kRefused, cell::refusal_text(error));
   } catch (const CORBA::Exception& error) {
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("{} at {} does not reply (CORBA {})", program, printable(uri), error._name()));
   }
 }
 
-Corbot::Coordinator_var coordinator_for(CORBA::ORB_ptr orb, const std::string& uri, CORBA::ULong group) {
-  return ask("the coordinator", uri, [&] {
+/// Returns a reference whose calls share no connection with those of other groups.
+template <class Interface>
+typename Interface::_var_type way_to(CORBA::ORB_ptr orb, const char* program, const std::string& uri,
+                                     CORBA::ULong group) {
+  return ask(program, uri, [&] {
     const CORBA::Object_var shared = orb->string_to_object(uri.c_str());
-    Corbot::Coordinator_var own = own_reference<Corbot::Coordinator>(shared.in(), group);
+    typename Interface::_var_type own = own_reference<Interface>(shared.in(), group);
     omniORB::setClientCallTimeout(own.in(), kRestTimeout_ms);
     return own;
   });
@@ -233,18 +245,37 @@ json CellPort::pieces() const {
 }
 
 void CellPort::stop() {
-  const auto way = coordinator_for(orb_.in(), cell_.coordinator_uri(), kStopConnections);
-  ask("the coordinator", cell_.coordinator_uri(), [&] { way->Stop(); });
+  const std::string uri = cell_.coordinator_uri();
+  const auto way = way_to<Corbot::Coordinator>(orb_.in(), "the coordinator", uri, kStopConnections);
+  ask("the coordinator", uri, [&] { way->Stop(); });
 }
 
-json CellPort::call(const client::Request& request) {
-  const auto way = coordinator_for(orb_.in(), cell_.coordinator_uri(), kCallConnections);
-  ask("the coordinator", cell_.coordinator_uri(), [&] {
-    if (request.verb == client::Verb::kPause) return way->Pause();
+json CellPort::call(const Order& order) {
+  const auto& request = std::get<CellRequest>(order);
+  if (request.action == CellAction::kResolve || request.action == CellAction::kExchange)
+    tell_store(request);
+  else
+    tell_coordinator(request.action);
+  return {{"done", true}};
+}
+
+void CellPort::tell_coordinator(CellAction action) {
+  const std::string uri = cell_.coordinator_uri();
+  const auto way = way_to<Corbot::Coordinator>(orb_.in(), "the coordinator", uri, kCallConnections);
+  ask("the coordinator", uri, [&] {
+    if (action == CellAction::kPause) return way->Pause();
     way->Resume();
     way->Start();
   });
-  return {{"done", true}};
+}
+
+void CellPort::tell_store(const CellRequest& request) {
+  const std::string uri = cell_.store_uri();
+  const auto way = way_to<Corbot::Store>(orb_.in(), "the store", uri, kCallConnections);
+  ask("the store", uri, [&] {
+    if (request.action == CellAction::kExchange) return way->Exchange(request.place.c_str(), kWho);
+    way->Resolve(request.piece, request.place.c_str(), request.slot, kWho);
+  });
 }
 
 std::unique_ptr<Performer> CellPort::performer() {

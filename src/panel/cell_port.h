@@ -26,13 +26,14 @@ class CellPort : public Port {
   [[nodiscard]] nlohmann::json connect() override;
   [[nodiscard]] nlohmann::json state() override;
   void stop() override;
-  /// kResume starts the work and ends a pause, kPause pauses it.
-  [[nodiscard]] nlohmann::json call(const client::Request& request) override;
+  [[nodiscard]] nlohmann::json call(const Order& order) override;
   /// A cell runs no program. Throws client::Failure.
   [[nodiscard]] std::unique_ptr<Performer> performer() override;
   [[nodiscard]] std::shared_ptr<const std::string> picture() const override;
 
  private:
+  void tell_coordinator(CellAction action);
+  void tell_store(const CellRequest& request);
   void read_store(nlohmann::json& state);
   void take(const Corbot::PieceEvent& event);
   void run_looks();

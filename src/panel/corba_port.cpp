@@ -203,7 +203,8 @@ void CorbaPort::check_connection(const Way& way) {
   });
 }
 
-json CorbaPort::call(const client::Request& request) {
+json CorbaPort::call(const Order& order) {
+  const auto& request = std::get<client::Request>(order);
   Way way = call_way();
   if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), client::find_robot(robot_), kCallConnections);
   check_connection(way);

@@ -22,7 +22,7 @@ class CorbaPort : public Port {
   [[nodiscard]] nlohmann::json state() override;
   void stop() override;
   /// After an acquire, calls have control of the arm until a release or the end of the lease.
-  [[nodiscard]] nlohmann::json call(const client::Request& request) override;
+  [[nodiscard]] nlohmann::json call(const Order& order) override;
   /// A program has control of the arm if this panel has it at the program's start.
   [[nodiscard]] std::unique_ptr<Performer> performer() override;
 

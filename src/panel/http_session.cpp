@@ -134,7 +134,8 @@ void HttpSession::take_call(const Request& request) {
                        "write {\"robot\": NAME, \"do\": …} with a robot of this panel, or {\"cell\": NAME, "
                        "\"do\": …} with a cell of it");
   try {
-    call_ = watch->request_call(watch->is_for(Watched::kCell) ? cell_request(body) : call_request(body));
+    call_ = watch->request_call(watch->is_for(Watched::kCell) ? Order(cell_request(body))
+                                                              : Order(call_request(body)));
   } catch (const client::Failure& failure) {
     return refuse_call(Status::bad_request, failure.what());
   }

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "client/request.h"
+#include "panel/order.h"
 #include "panel/performer.h"
 
 namespace corbot::panel {
@@ -26,9 +26,9 @@ class Port {
   /// Stops the arms and returns when they are at rest. Another thread calls it, even while the other
   /// functions hang or have failed.
   virtual void stop() = 0;
-  /// Starts a motion, or executes another request, without a wait for a motion. Returns an object for the
+  /// Starts a motion, or executes another order, without a wait for a motion. Returns an object for the
   /// reply. A third thread calls it.
-  [[nodiscard]] virtual nlohmann::json call(const client::Request& request) = 0;
+  [[nodiscard]] virtual nlohmann::json call(const Order& order) = 0;
   /// Connects anew, for one program. The program's thread calls it.
   [[nodiscard]] virtual std::unique_ptr<Performer> performer() = 0;
   /// Returns the newest picture of a camera, a JPEG file; null if there is none. Any thread may call it.

@@ -68,10 +68,10 @@ Watch::StopResult Watch::last_stop() const {
   return last_stop_;
 }
 
-std::shared_ptr<const Watch::Call> Watch::request_call(client::Request request) {
+std::shared_ptr<const Watch::Call> Watch::request_call(Order order) {
   const std::lock_guard lock(mutex_);
   if (call_) return nullptr;
-  call_ = std::make_shared<Call>(std::move(request), stops_requested_);
+  call_ = std::make_shared<Call>(std::move(order), stops_requested_);
   wake_.notify_all();
   return call_;
 }
@@ -165,8 +165,7 @@ void Watch::run_calls() {
     lock.unlock();
     make(*call);
     lock.lock();
-    const bool is_start = what_ == Watched::kCell && call->request.verb == client::Verb::kResume;
-    if (stops_requested_ != call->stops && (is_start || client::spec_of(call->request.verb).motion)) {
+    if (stops_requested_ != call->stops && starts_motion(call->order)) {
       // The robot or cell may have accepted the motion after it had carried out that Stop.
       ++stops_requested_;
       if (call->failure.empty()) call->failure = "a Stop was requested meanwhile: this motion does not go on";
@@ -184,7 +183,7 @@ void Watch::run_calls() {
 
 void Watch::make(Call& call) {
   try {
-    call.reply = port_->call(call.request);
+    call.reply = port_->call(call.order);
   } catch (const std::exception& error) {
     call.failure = error.what();
   }

@@ -40,8 +40,8 @@ class Watch {
   /// A requested call. `reply` and `failure` are valid when `has_ended`. Empty `failure`: the robot has
   /// accepted it.
   struct Call {
-    Call(client::Request wanted, std::uint64_t last_stop) : request(std::move(wanted)), stops(last_stop) {}
-    client::Request request;
+    Call(Order wanted, std::uint64_t last_stop) : order(std::move(wanted)), stops(last_stop) {}
+    Order order;
     std::uint64_t stops;  ///< number of the last Stop before the request
     std::atomic<bool> has_ended{false};
     nlohmann::json reply{};
@@ -77,7 +77,7 @@ class Watch {
 
   /// Requests a call and does not wait. Returns null if another call is in progress. A Stop that is requested
   /// before the call has ended also stops the motion that the call starts.
-  [[nodiscard]] std::shared_ptr<const Call> request_call(client::Request request);
+  [[nodiscard]] std::shared_ptr<const Call> request_call(Order order);
 
   /// Starts a program without faults, and does not wait. Returns false if another one still runs.
   [[nodiscard]] bool start_program(client::Program program);

@@ -8,7 +8,8 @@ import { cellTest } from "./fixture.js";
 import { CELL } from "./rig.js";
 
 const SUMMARY = ".cell .summary";
-const BUTTON = { start: ".cell .buttons button:first-child", pause: ".cell .buttons button:last-child" };
+const WORK = `section[aria-label="${T.work}"]`;
+const BUTTON = { start: `${WORK} button:first-child`, pause: `${WORK} button:last-child` };
 const modeOf = (mode: string): string => T.cellModes[mode] ?? "";
 
 /// Waits until so many pieces stand at the place.
@@ -37,6 +38,28 @@ cellTest("A cell works, pauses, stops, and goes on to its last piece", 3, async 
   await tab.click(BUTTON.start);
   for (const count of [2, 3]) await untilPlaced(tab, "pallet2", count);
   await tab.untilText(SUMMARY, T.cellSummary(modeOf("works"), 3));
+  assert.deepEqual(tab.errors, []);
+});
+
+const token = (url: string): string => /token=([^&]+)/.exec(url)?.[1] ?? "";
+
+cellTest("A stopped robot goes on when a person has confirmed it on the page", 2, async (rig, browser) => {
+  const tab = await browser.open(rig.drive);
+  await tab.until(() => document.querySelector(".piece[data-step=picking]") !== null);
+  await fetch(new URL("/api/stop", rig.drive), {
+    method: "POST", headers: { Authorization: `Bearer ${token(rig.watch)}` },
+    body: JSON.stringify({ robot: `${CELL}-robot1` }),
+  });
+  await tab.untilText(".need button", T.goOn("robot1"));
+  await tab.click(".need button");
+  await tab.untilText(".need .means", T.goOnMeans);
+  await tab.click(".need button:last-child"); // cancels
+  await tab.untilText(".need button", T.goOn("robot1"));
+  await tab.click(".need button");
+  await tab.untilText(".need button", T.confirm);
+  await tab.click(".need button:first-child");
+  await tab.until(() => document.querySelector(".need") === null);
+  await untilPlaced(tab, "pallet2", 2);
   assert.deepEqual(tab.errors, []);
 });
 

@@ -5,11 +5,11 @@
 
 #include <chrono>
 #include <optional>
-#include <string_view>
 #include <thread>
 
 #include "cell/orb_server.h"
 #include "cell/running_cells.h"
+#include "cell/store_refusal.h"
 #include "cli/cell/cell_directory.h"
 #include "client/explain.h"
 
@@ -52,14 +52,6 @@ std::optional<Milestone> milestone_of(Corbot::TransferStep step) {
 
 }  // namespace
 
-std::string refusal_text(const Corbot::BadParameter& error) {
-  const std::string_view parameter = error.parameter.in();
-  std::string reason = client::printable(error.reason.in());
-  if (parameter == "place" || parameter == "robot") return reason;  // the value is only a length
-  if (parameter == "slot" && error.value == -1) return "give a SLOT: it " + reason;
-  return fmt::format("{} {:g}: {}", client::printable(error.parameter.in()), error.value, reason);
-}
-
 std::string silence_text(const std::string& what, const std::string& uri, const std::string& error,
                          const std::filesystem::path& directory) {
   const std::string hint =
@@ -99,14 +91,11 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
       throw Failure(ExitCode::kRefused,
                     fmt::format("{}: {}", peer.name, client::printable(error.reason.in())));
     } catch (const Corbot::BadParameter& error) {
-      throw Failure(ExitCode::kRefused, refusal_text(error));
+      throw Failure(ExitCode::kRefused, cell::refusal_text(error));
     } catch (const Corbot::Full& error) {
-      throw Failure(ExitCode::kRefused, fmt::format("that slot of {} is occupied or reserved",
-                                                    client::printable(error.place.in())));
+      throw Failure(ExitCode::kRefused, cell::refusal_text(error));
     } catch (const Corbot::Occupied& error) {
-      throw Failure(ExitCode::kRefused,
-                    fmt::format("{} uses {}: wait until it has ended its piece",
-                                client::printable(error.robot.in()), client::printable(error.place.in())));
+      throw Failure(ExitCode::kRefused, cell::refusal_text(error));
     } catch (const CORBA::SystemException& error) {
       if (!is_ours_ && !peer.is_elsewhere)
         throw Failure(ExitCode::kUnreachable,

@@ -13,8 +13,6 @@
 
 namespace corbot::cli {
 
-/// Describes a store's refusal for a person.
-[[nodiscard]] std::string refusal_text(const Corbot::BadParameter& error);
 /// Describes why `what`, a program of a cell that another command started in `directory`, may not reply, and
 /// what to do.
 [[nodiscard]] std::string silence_text(const std::string& what, const std::string& uri,

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "cell/orb_server.h"
+#include "cell/store_refusal.h"
 #include "cli/cell/cell_directory.h"
 #include "client/failure.h"
 
@@ -25,20 +26,20 @@ Corbot::BadParameter bad(const char* parameter, double value, const char* reason
 }
 
 TEST(CellRefusal, OfANameHasNoNumber) {
-  EXPECT_EQ(cli::refusal_text(bad("place", 7, "'pallet9' is no place of cell 'demo'")),
+  EXPECT_EQ(cell::refusal_text(bad("place", 7, "'pallet9' is no place of cell 'demo'")),
             "'pallet9' is no place of cell 'demo'");
-  EXPECT_EQ(cli::refusal_text(bad("robot", 6, "'robot7' is no robot of cell 'demo'")),
+  EXPECT_EQ(cell::refusal_text(bad("robot", 6, "'robot7' is no robot of cell 'demo'")),
             "'robot7' is no robot of cell 'demo'");
 }
 
 TEST(CellRefusal, OfANumberHasTheNumber) {
-  EXPECT_EQ(cli::refusal_text(bad("piece", 99, "is not in the ledger")), "piece 99: is not in the ledger");
-  EXPECT_EQ(cli::refusal_text(bad("slot", 99, "must be 0 to 11 at pallet2")),
+  EXPECT_EQ(cell::refusal_text(bad("piece", 99, "is not in the ledger")), "piece 99: is not in the ledger");
+  EXPECT_EQ(cell::refusal_text(bad("slot", 99, "must be 0 to 11 at pallet2")),
             "slot 99: must be 0 to 11 at pallet2");
 }
 
 TEST(CellRefusal, OfASlotThatWasNotGivenNamesTheWord) {
-  EXPECT_EQ(cli::refusal_text(bad("slot", -1, "must be 0 to 11 at pallet2")),
+  EXPECT_EQ(cell::refusal_text(bad("slot", -1, "must be 0 to 11 at pallet2")),
             "give a SLOT: it must be 0 to 11 at pallet2");
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "client/failure.h"
+#include "panel/fake_port.h"
 
 namespace corbot::panel {
 namespace {
@@ -70,6 +71,52 @@ TEST(CallRequest, SaysWhatIsWrong) {
       {R"({"do": "acquire", "lease_s": 0.1})", "acquire: --lease 0.1: must be 0.5 to 3600"}};
   for (const auto& [body, fault] : cases) EXPECT_THAT(read(body), HasSubstr(fault)) << body;
   EXPECT_THROW((void)call_request(json{{"do", "speed"}, {"percent", INFINITY}}), client::Failure);
+}
+
+std::string read_of_cell(const std::string& body) {
+  try {
+    return text_of(cell_request(json::parse(body)));
+  } catch (const client::Failure& failure) {
+    EXPECT_EQ(failure.code(), client::ExitCode::kUsage);
+    return std::string("FAULT ") + failure.what();
+  }
+}
+
+TEST(CellRequest, IsAnOrderOrAPersonsWord) {
+  const std::vector<std::pair<const char*, const char*>> cases{
+      {R"({"cell": "one", "do": "start"})", "start"},
+      {R"({"do": "pause"})", "pause"},
+      {R"({"do": "exchange", "place": "pallet2"})", "exchange pallet2"},
+      {R"({"do": "resolve", "piece": 4, "gone": true})", "resolve 4  -1"},
+      {R"({"do": "resolve", "piece": 4, "place": "store1"})", "resolve 4 store1 -1"},
+      {R"({"do": "resolve", "piece": 9007199254740991, "place": "p", "slot": 2147483647})",
+       "resolve 9007199254740991 p 2147483647"}};
+  for (const auto& [body, order] : cases) EXPECT_EQ(read_of_cell(body), order) << body;
+}
+
+TEST(CellRequest, SaysWhatIsWrong) {
+  const std::vector<std::pair<const char*, const char*>> cases{
+      {R"({"do": "stop"})", "do: a cell has 'start', 'pause', 'resolve' and 'exchange'"},
+      {R"({"do": "start", "piece": 4})", "piece: this order of a cell has no such value"},
+      {R"({"do": "exchange"})", "place: must be a text"},
+      {R"({"do": "exchange", "place": 7})", "place: must be a text"},
+      {R"({"do": "exchange", "place": ""})", "place: has 0 bytes: must have 1 to 32"},
+      {R"({"do": "exchange", "place": "abcdefghijklmnopqrstuvwxyz0123456"})", "place: has 33 bytes"},
+      {R"({"do": "exchange", "place": "p", "slot": 0})", "slot: this order of a cell has no such value"},
+      {R"({"do": "resolve", "gone": true})", "piece: is missing"},
+      {R"({"do": "resolve", "piece": 0, "gone": true})",
+       "piece: 0: must be a whole number from 1 to 9007199254740991"},
+      {R"({"do": "resolve", "piece": -1, "gone": true})", "piece: -1: must be a whole number"},
+      {R"({"do": "resolve", "piece": 1.5, "gone": true})", "piece: 1.5: must be a whole number"},
+      {R"({"do": "resolve", "piece": "4", "gone": true})", "piece: \"4\": must be a whole number"},
+      {R"({"do": "resolve", "piece": 4})", "resolve: say where the piece stands"},
+      {R"({"do": "resolve", "piece": 4, "gone": false})", "resolve: say where the piece stands"},
+      {R"({"do": "resolve", "piece": 4, "gone": true, "place": "p"})", "resolve: say where the piece stands"},
+      {R"({"do": "resolve", "piece": 4, "gone": true, "slot": 1})", "resolve: say where the piece stands"},
+      {R"({"do": "resolve", "piece": 4, "place": "p", "slot": 2147483648})",
+       "slot: 2147483648: must be a whole number from 0 to 2147483647"},
+      {R"({"do": "resolve", "piece": 4, "place": "p", "slot": -1})", "slot: -1: must be a whole number"}};
+  for (const auto& [body, fault] : cases) EXPECT_THAT(read_of_cell(body), HasSubstr(fault)) << body;
 }
 
 }  // namespace

@@ -8,10 +8,27 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "panel/watch.h"
 
 namespace corbot::panel {
+
+/// Returns an order as a line; that of a cell has the piece and the slot only where it is about them.
+inline std::string text_of(const Order& order) {
+  if (const auto* robot = std::get_if<client::Request>(&order)) return client::to_string(*robot);
+  const auto& cell = std::get<CellRequest>(order);
+  switch (cell.action) {
+    case CellAction::kStart:
+      return "start";
+    case CellAction::kPause:
+      return "pause";
+    case CellAction::kExchange:
+      return "exchange " + cell.place;
+    default:
+      return "resolve " + std::to_string(cell.piece) + " " + cell.place + " " + std::to_string(cell.slot);
+  }
+}
 
 /// A simulated robot or cell. A test makes its calls fail, or hang until the test releases them.
 class FakeRobot {
@@ -73,13 +90,13 @@ class FakeRobot {
     if (is_cancelled) throw client::explain(Corbot::Stopped("by a Stop"));
     calls_ += client::to_string(request) + "\n";
   }
-  nlohmann::json call(const client::Request& request) {
+  nlohmann::json call(const Order& order) {
     std::unique_lock lock(mutex_);
     ++hanging_calls_;
     wake_.wait(lock, [&] { return !calls_hang_; });
     --hanging_calls_;
     fail();
-    calls_ += client::to_string(request) + "\n";
+    calls_ += text_of(order) + "\n";
     return {{"done", true}, {"ticket", 7}};
   }
 
@@ -139,7 +156,7 @@ class FakePort : public Port {
   }
   nlohmann::json state() override { return robot_->state(); }
   void stop() override { robot_->stop(); }
-  nlohmann::json call(const client::Request& request) override { return robot_->call(request); }
+  nlohmann::json call(const Order& order) override { return robot_->call(order); }
   std::unique_ptr<Performer> performer() override { return std::make_unique<FakePerformer>(robot_); }
   [[nodiscard]] std::shared_ptr<const std::string> picture() const override { return robot_->picture(); }
 

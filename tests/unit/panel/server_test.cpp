@@ -530,7 +530,7 @@ TEST_F(PanelServer, StartsPausesAndStopsACell) {
   const int port = start(true);
   EXPECT_EQ(call(port, R"({"cell": "one", "do": "start"})").result(), http::status::ok);
   EXPECT_EQ(call(port, R"({"cell": "one", "do": "pause"})").result(), http::status::ok);
-  EXPECT_EQ(cell_->calls(), "resume\npause\n");
+  EXPECT_EQ(cell_->calls(), "start\npause\n");
   EXPECT_EQ(Browser(port).post("/api/call", R"({"cell": "one", "do": "start"})").result(),
             http::status::forbidden);
   const Response stop = call(port, R"({"cell": "one", "do": "stop"})");
@@ -546,6 +546,21 @@ TEST_F(PanelServer, StartsPausesAndStopsACell) {
   EXPECT_EQ(Browser(port).post("/api/stop").result(), http::status::bad_gateway);
   EXPECT_EQ(one_->stops(), 1);
   EXPECT_EQ(Browser(port).post("/api/stop", R"({"cell": "two"})").result(), http::status::bad_request);
+}
+
+TEST_F(PanelServer, TakesAPersonsWordAboutACellForWhoMayDrive) {
+  const int port = start(true);
+  const std::string gone = R"({"cell": "one", "do": "resolve", "piece": 4, "gone": true})";
+  EXPECT_EQ(Browser(port).post("/api/call", gone).result(), http::status::forbidden);
+  EXPECT_EQ(cell_->calls(), "");
+  EXPECT_EQ(call(port, gone).result(), http::status::ok);
+  EXPECT_EQ(call(port, R"({"cell": "one", "do": "exchange", "place": "pallet2"})").result(),
+            http::status::ok);
+  EXPECT_EQ(cell_->calls(), "resolve 4  -1\nexchange pallet2\n");
+  cell_->set_fault("that slot of pallet2 is occupied or reserved");
+  const Response refused = call(port, gone);
+  EXPECT_EQ(refused.result(), http::status::conflict);
+  EXPECT_THAT(refused.body(), HasSubstr("is occupied or reserved"));
 }
 
 TEST_F(PanelServer, AStopAlsoEndsAStartOfACellThatIsUnderWay) {

@@ -122,16 +122,16 @@ TEST_F(PanelWatch, CarriesOutAStopBeforeItEnds) {
 TEST_F(PanelWatch, MakesOneCallAtATime) {
   robot_->set_calls_hang(true);
   start();
-  const auto first = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
+  const auto first = watch_.request_call(client::Request{.verb = client::Verb::kReady, .numbers = {}});
   ASSERT_TRUE(first);
   ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
-  EXPECT_FALSE(watch_.request_call({.verb = client::Verb::kOpen, .numbers = {}}));
+  EXPECT_FALSE(watch_.request_call(client::Request{.verb = client::Verb::kOpen, .numbers = {}}));
   robot_->set_calls_hang(false);
   ASSERT_TRUE(wait_until([&] { return first->has_ended.load(); }));
   EXPECT_EQ(first->failure, "");
   EXPECT_EQ(first->reply["ticket"], 7);
   robot_->set_fault("the robot is not ready");
-  const auto second = watch_.request_call({.verb = client::Verb::kClose, .numbers = {}});
+  const auto second = watch_.request_call(client::Request{.verb = client::Verb::kClose, .numbers = {}});
   ASSERT_TRUE(second);
   ASSERT_TRUE(wait_until([&] { return second->has_ended.load(); }));
   EXPECT_EQ(second->failure, "the robot is not ready");
@@ -142,7 +142,7 @@ TEST_F(PanelWatch, MakesOneCallAtATime) {
 TEST_F(PanelWatch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
   robot_->set_calls_hang(true);
   start();
-  const auto call = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
+  const auto call = watch_.request_call(client::Request{.verb = client::Verb::kReady, .numbers = {}});
   ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
   const std::uint64_t number = watch_.request_stop();
   ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
@@ -157,7 +157,7 @@ TEST_F(PanelWatch, StopsWhileACallHangsAndAgainWhenItHasStartedAMotion) {
 TEST_F(PanelWatch, DoesNotPromiseRestAfterACallWithoutAnAnswer) {
   robot_->set_calls_hang(true);
   start();
-  const auto call = watch_.request_call({.verb = client::Verb::kReady, .numbers = {}});
+  const auto call = watch_.request_call(client::Request{.verb = client::Verb::kReady, .numbers = {}});
   ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
   const std::uint64_t number = watch_.request_stop();
   ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
@@ -172,7 +172,7 @@ TEST_F(PanelWatch, DoesNotPromiseRestAfterACallWithoutAnAnswer) {
 TEST_F(PanelWatch, AStopDuringACallThatMovesNothingIsNotRepeated) {
   robot_->set_calls_hang(true);
   start();
-  const auto call = watch_.request_call({.verb = client::Verb::kClear, .numbers = {}});
+  const auto call = watch_.request_call(client::Request{.verb = client::Verb::kClear, .numbers = {}});
   ASSERT_TRUE(wait_until([&] { return robot_->hanging_calls() == 1; }));
   const std::uint64_t number = watch_.request_stop();
   robot_->set_calls_hang(false);
