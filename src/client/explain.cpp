@@ -183,8 +183,8 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
   if (is_call_timeout(e)) {
     return fail(
         fmt::format("no answer from {} in time: is the machine overloaded or the network down? "
-                    "(--timeout SECONDS waits longer)",
-                    address.where));
+                    "({})",
+                    address.where, address.if_late));
   }
   if (CORBA::TRANSIENT::_downcast(&e) != nullptr && !address.local.empty() && is_up(address.local)) {
     return fail(

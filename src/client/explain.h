@@ -19,6 +19,8 @@ struct Address {
   std::string name;     ///< of the robot, as far as known
   std::string where;    ///< for messages: "127.0.0.1:12810", or the URI of another form
   std::string local{};  ///< name of the robot if it is up here; empty: it is elsewhere
+  /// Advice about a call without an answer in time.
+  std::string if_late{"--timeout SECONDS waits longer"};
 };
 
 /// Returns true if a call ended because it took longer than this client waits.

@@ -96,6 +96,13 @@ json joints_data(const Corbot::JointList& joints) {
   return list;
 }
 
+/// The page's user has no command line with a --timeout.
+client::Address find_robot(const std::string& robot) {
+  client::Address address = client::find_robot(robot);
+  address.if_late = "watch the robot before you try again";
+  return address;
+}
+
 Corbot::Arm_var own_arm(CORBA::ORB_ptr orb, const client::Address& address, CORBA::ULong group) {
   const CORBA::Object_var shared = client::find_object(orb, address);
   return client::call(address,
@@ -126,7 +133,7 @@ CorbaPort::CorbaPort(CORBA::ORB_ptr orb, std::string robot)
     : orb_(CORBA::ORB::_duplicate(orb)), robot_(std::move(robot)) {}
 
 json CorbaPort::connect() {
-  address_ = client::find_robot(robot_);
+  address_ = find_robot(robot_);
   stop_connection_ = own_arm(orb_.in(), address_, kStopConnections);
   const Way stop_way = new_way(orb_.in(), address_, kStopConnections);
   const Way call_way = new_way(orb_.in(), address_, kCallConnections);
@@ -189,7 +196,7 @@ CorbaPort::Way CorbaPort::call_way() const {
 
 void CorbaPort::stop() {
   Way way = stop_way();
-  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), client::find_robot(robot_), kStopConnections);
+  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), find_robot(robot_), kStopConnections);
   client::call(way.address, [&] { way.arm->Stop(); });
 }
 
@@ -206,7 +213,7 @@ void CorbaPort::check_connection(const Way& way) {
 json CorbaPort::call(const Order& order) {
   const auto& request = std::get<client::Request>(order);
   Way way = call_way();
-  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), client::find_robot(robot_), kCallConnections);
+  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), find_robot(robot_), kCallConnections);
   check_connection(way);
   json reply{{"done", true}};
   if (request.verb == client::Verb::kAcquire) {
@@ -227,7 +234,7 @@ json CorbaPort::call(const Order& order) {
 }
 
 std::unique_ptr<Performer> CorbaPort::performer() {
-  const Way way = new_way(orb_.in(), client::find_robot(robot_), kProgramConnections);
+  const Way way = new_way(orb_.in(), find_robot(robot_), kProgramConnections);
   check_connection(way);
   const Corbot::Arm_var arm = with_control(way.arm.in(), kProgramConnections);
   return std::make_unique<CorbaPerformer>(way.address, orb_.in(), arm.in());

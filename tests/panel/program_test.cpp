@@ -231,6 +231,8 @@ TEST_F(PanelProgram, SendsNoMotionToARobotThatDoesNotAnswer) {
   servant_->signal(SIGCONT);
   EXPECT_EQ(lost.result(), http::status::conflict);
   EXPECT_THAT(lost.body(), HasSubstr("no answer"));
+  EXPECT_THAT(lost.body(), HasSubstr("watch the robot before you try again"));
+  EXPECT_THAT(lost.body(), testing::Not(HasSubstr("--timeout")));
   EXPECT_THAT(lost.body(), testing::Not(HasSubstr("whether the motion was accepted")));
 }
 
