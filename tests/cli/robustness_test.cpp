@@ -439,6 +439,27 @@ TEST_F(Robustness, AProcessThatIsNotNeededIsNeverGivenUp) {
   supervisor.stop_all();
 }
 
+// So the panel of 'corbot cell run' is started again as that of 'corbot up', and the run ends with the cell's
+// own processes.
+TEST_F(Robustness, WithoutRestartsAProcessThatIsNotNeededIsStartedAgain) {
+  cli::Supervisor supervisor(
+      {.notify_path = (directory_ / "manager").string(), .restarts = false, .on_change = [] {}});
+  for (const bool is_needed : {true, false})
+    ASSERT_TRUE(supervisor.start({.title = is_needed ? "needed" : "other",
+                                  .command = {"/bin/sleep", "1000"},
+                                  .is_ready = [](const std::string&) { return true; },
+                                  .is_needed = is_needed}));
+  const pid_t other = supervisor.pid_of("other");
+  ASSERT_EQ(::kill(other, SIGKILL), 0);
+  const auto is_back = [&] {
+    return !supervisor.step() || (supervisor.pid_of("other") != 0 && supervisor.pid_of("other") != other);
+  };
+  EXPECT_TRUE(wait_until(within(20), is_back));
+  ASSERT_EQ(::kill(supervisor.pid_of("needed"), SIGKILL), 0);
+  EXPECT_TRUE(wait_until(within(20), [&] { return supervisor.step() && supervisor.pid_of("needed") == 0; }));
+  supervisor.stop_all();
+}
+
 TEST_F(Robustness, PathsThatAreNoUtf8AreHandled) {
   std::ifstream stream(CORBOT_TEST_PROFILE);
   const std::string text{std::istreambuf_iterator<char>{stream}, {}};

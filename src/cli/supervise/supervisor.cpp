@@ -106,6 +106,7 @@ bool Supervisor::step() {
 
 void Supervisor::supervise(Entry& entry) {
   read_output(entry);
+  const bool restarts = options_.restarts || !entry.spec.is_needed;
   if (entry.child.has_ended()) {
     read_notifications();  // messages from before its end; no other process has its pid before it is reaped
     read_output(entry);
@@ -113,7 +114,7 @@ void Supervisor::supervise(Entry& entry) {
     const std::string how = describe_end(status);
     // RLIMIT_RTTIME: it computed without end, and completed no cycle meanwhile.
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) entry.was_frozen = true;
-    if (!options_.restarts) {
+    if (!restarts) {
       entry.ready = false;
       log(fmt::format("{} died ({})", entry.spec.title, how));
       options_.on_change();
@@ -124,8 +125,7 @@ void Supervisor::supervise(Entry& entry) {
   } else if (entry.child.pid() != 0) {
     kill_unresponsive(entry);
   }
-  if (!options_.restarts || entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at)
-    return;
+  if (!restarts || entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at) return;
   try {
     start_child(entry);
     options_.on_change();

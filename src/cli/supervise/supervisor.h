@@ -45,8 +45,8 @@ class Supervisor {
     std::string notify_path;  ///< of the socket
     /// manager of this process, which also keeps the stored descriptors; null: none
     ServiceManager* manager{nullptr};
-    bool restarts{true};              ///< false: a process that dies stays ended, and on_change is called
-    int attempts{10};                 ///< consecutive starts that fail before it gives up; 0: endless
+    bool restarts{true};  ///< false: a needed process that dies stays ended, and on_change is called
+    int attempts{10};     ///< consecutive starts that fail before it gives up; 0: endless
     std::function<void()> on_change;  ///< called after every start and restart; throws nothing
     bool until_eof{false};            ///< the end of standard input requests the end, like a signal
     std::function<int()> input_fd{};  ///< on_step is called at once if it has input; −1: none
