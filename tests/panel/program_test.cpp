@@ -203,6 +203,20 @@ TEST_F(PanelProgram, APanelThatEndsStopsTheRobotOfItsProgram) {
   EXPECT_EQ(arm_->Progress(ticket)->state, Corbot::MotionStopped);
 }
 
+TEST_F(PanelProgram, AfterAPanelIsKilledTheLineEndsAndNoOtherBegins) {
+  start_panel();
+  const json body{
+      {"robot", reference_}, {"name", "p"}, {"text", "move 0.15 -0.05 0.10 --time 2\nmove 0.20 0.10 0.10"}};
+  ASSERT_EQ(ask(drive_, http::verb::post, "/api/program", body.dump()).result(), http::status::ok);
+  ASSERT_TRUE(wait_until(within(30), [&] { return arm_->State()->motion.id != 0; }));
+  const Corbot::Ticket ticket = arm_->State()->motion.id;
+  panel_->signal(SIGKILL);
+  ASSERT_TRUE(wait_until(within(30), [&] { return arm_->State()->motion.id == 0; }));
+  EXPECT_EQ(arm_->Progress(ticket)->state, Corbot::MotionDone);
+  EXPECT_FALSE(wait_until(within(1), [&] { return arm_->State()->motion.id != 0; }));
+  EXPECT_NEAR(arm_->CartCoord().x, 0.15, 1e-3);
+}
+
 TEST_F(PanelProgram, MovesARobotThatHasStartedAgain) {
   start_panel();
   const std::string ready = json{{"robot", reference_}, {"do", "ready"}}.dump();
