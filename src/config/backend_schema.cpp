@@ -10,6 +10,9 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "config/similar.h"
 
 namespace corbot {
 namespace {
@@ -96,7 +99,16 @@ void read_mini_ssc(Section section, SerialOptions& options, CommonBackendOptions
   section.finish();
 }
 
+/// Every `kind` of `[backend]`.
+constexpr std::array<std::string_view, 8> kBackendKinds{"loopback", "ssc32",     "maestro", "minissc",
+                                                        "pca9685",  "pwm_sysfs", "gpiod",   "socketcan"};
+
 }  // namespace
+
+bool sends_pulses(std::string_view backend_kind) {
+  return backend_kind != "loopback" && backend_kind != "socketcan" &&
+         std::find(kBackendKinds.begin(), kBackendKinds.end(), backend_kind) != kBackendKinds.end();
+}
 
 void read_backend(Section section, std::span<const DrivenJoint> joints, BackendOptions& backend) {
   using Reader = void (*)(Section, SerialOptions&, CommonBackendOptions&);
@@ -125,9 +137,11 @@ void read_backend(Section section, std::span<const DrivenJoint> joints, BackendO
                    is_chosen ? backend.common : unused);
   }
   if (!known) {
+    const std::string_view near = most_similar(backend.kind, kBackendKinds, kSimilarKey);
     section.refuse("kind",
-                   "is not supported; supported: \"loopback\" (the simulator), \"ssc32\", \"maestro\", "
-                   "\"minissc\", \"pca9685\", \"pwm_sysfs\", \"gpiod\", \"socketcan\"");
+                   fmt::format("is not supported; supported: \"{}\" (the simulator is \"loopback\"){}",
+                               fmt::join(kBackendKinds, "\", \""),
+                               near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)));
   }
   section.finish();
 }

@@ -209,10 +209,6 @@ std::string read_name(Section& section, std::string_view key) {
   return "";
 }
 
-bool sends_pulses(std::string_view backend_kind) {
-  return backend_kind != "loopback" && backend_kind != "socketcan";
-}
-
 void read_joints(Section& root, Profile& profile, GeometryInput& geometry, bool needs_servos,
                  ChannelUse& in_use) {
   auto joints = root.tables("joint");

@@ -23,10 +23,6 @@ void read_joints(Section& root, Profile& profile, GeometryInput& geometry, bool 
 /// Reads `[gripper]`. `needs_servos`: the backend sends pulses.
 void read_gripper(Section section, Profile& profile, bool needs_servos, ChannelUse& in_use);
 
-/// Returns true if a backend of this kind sends pulses, so that every joint must define its pulses. The
-/// others take set-points of joints: drives by their own scale, the simulator by fitted servos.
-[[nodiscard]] bool sends_pulses(std::string_view backend_kind);
-
 /// Gives a servo to every joint, and to the gripper, that has none. Its 500 to 2500 us cover the joint's
 /// range, or as much of it that its speed is at most 4/5 of the simulated servos'. To be called after
 /// `[backend]`.

@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <fstream>
+#include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include "config/schema.h"
+#include "config/similar.h"
 
 namespace corbot {
 namespace {
@@ -18,19 +21,44 @@ namespace {
   throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why)}}};
 }
 
-/// Returns "; did you mean 'profiles/lynx5.toml'?" for a name that is no file but that of a shipped profile,
-/// else "".
-std::string suggest_profile(const std::filesystem::path& path) {
-  namespace fs = std::filesystem;
-  if (path.has_parent_path() || (path.has_extension() && path.extension() != ".toml")) return "";
+namespace fs = std::filesystem;
+
+/// Returns the file `path`.toml, or the profile beside `path` that `path` most likely misspells, or "".
+fs::path similar_file(const fs::path& path) {
+  std::error_code ignored;
+  const fs::path with_ending = fs::path(path) += ".toml";
+  if (fs::is_regular_file(with_ending, ignored)) return with_ending;
+  const fs::path directory = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::vector<std::string> stems;
+  for (fs::directory_iterator entry{directory, ignored}, end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    if (entry->path().extension() == ".toml") stems.push_back(entry->path().stem().string());
+  }
+  std::sort(stems.begin(), stems.end());
+  const std::vector<std::string_view> known(stems.begin(), stems.end());
+  const std::string_view near = most_similar(path.stem().string(), known, kSimilarKey);
+  return near.empty() ? fs::path() : fs::path(path).replace_filename(std::string(near) + ".toml");
+}
+
+/// Returns the path of the shipped profile of that name, or "".
+fs::path shipped_file(const fs::path& path) {
+  if (path.has_parent_path() || (path.has_extension() && path.extension() != ".toml")) return {};
   std::error_code ignored;
   const fs::path installed =
       fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share/corbot";
   for (const fs::path& directory : {fs::path("profiles"), installed / "profiles"}) {
     const fs::path shipped = (directory / path.stem()).replace_extension(".toml");
-    if (fs::is_regular_file(shipped, ignored)) return fmt::format("; did you mean '{}'?", shipped.string());
+    if (fs::is_regular_file(shipped, ignored)) return shipped;
   }
-  return "";
+  return {};
+}
+
+/// Returns "; did you mean 'profiles/lynx5.toml'?" for a name that is no file but similar to a profile, else
+/// "".
+std::string suggest_profile(const fs::path& path) {
+  fs::path found = shipped_file(path);
+  if (found.empty()) found = similar_file(path);
+  return found.empty() ? "" : fmt::format("; did you mean '{}'?", found.string());
 }
 
 }  // namespace

@@ -346,6 +346,20 @@ TEST(Refusal, NamesAllFaultsAtOnceInTheOrderOfTheFile) {
   EXPECT_THAT(ConfigError{faults}.what(), HasSubstr(faults[0].text() + "\n" + faults[1].text() + "\n"));
 }
 
+TEST(Refusal, OfAMisspeltBackendAsksForNoServos) {
+  std::string text = lynx5();
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("kind = \"loopback\"", "kind = \"loopbak\"");
+  const std::size_t servo = text.find("servo = {");
+  text.erase(servo, text.find('\n', servo) - servo);
+  const std::vector<ConfigFault> faults = faults_of(text);
+  ASSERT_EQ(faults.size(), 1u);
+  EXPECT_EQ(faults[0].key, "backend.kind");
+  EXPECT_THAT(faults[0].allowed, testing::EndsWith("; did you mean \"loopback\"?"));
+}
+
 TEST(Refusal, OfAChannelThatAMaestroDoesNotHave) {
   std::string text = lynx5();
   const auto replace = [&](const std::string& from, const std::string& to) {
@@ -415,6 +429,11 @@ TEST(Refusal, ANameOfAShippedProfileIsAnsweredWithItsPath) {
   EXPECT_EQ(refusal("lynx5"), "lynx5: no such file; did you mean 'profiles/lynx5.toml'?");
   EXPECT_EQ(refusal("lynx5.toml"), "lynx5.toml: no such file; did you mean 'profiles/lynx5.toml'?");
   EXPECT_EQ(refusal("lynx"), "lynx: no such file");
+  EXPECT_EQ(refusal("profiles/lynx6.toml"),
+            "profiles/lynx6.toml: no such file; did you mean 'profiles/lynx5.toml'?");
+  EXPECT_EQ(refusal("profiles/lynx5-can"),
+            "profiles/lynx5-can: no such file; did you mean 'profiles/lynx5-can.toml'?");
+  EXPECT_EQ(refusal("profiles/robot.toml"), "profiles/robot.toml: no such file");
   EXPECT_EQ(refusal("elsewhere/lynx5"), "elsewhere/lynx5: no such file");
   std::filesystem::current_path(before);
 }
