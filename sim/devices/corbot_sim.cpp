@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -93,6 +94,15 @@ void add_common(CLI::App& command, ServerOptions& server) {
           "Writes time_ns (of the monotonic clock), channel, pulse_us and shaft_us, a row for each servo "
           "frame in which the pulse or the shaft of a channel has changed")
       ->type_name("FILE.csv");
+}
+
+/// Returns `word` if it stands where a device does and names none, else "".
+std::string unknown_device(const CLI::App& app, const std::string& word) {
+  if (word.starts_with('-')) return "";
+  const auto devices = app.get_subcommands([](const CLI::App*) { return true; });
+  const bool is_known = std::any_of(devices.begin(), devices.end(),
+                                    [&](const CLI::App* device) { return device->check_name(word); });
+  return is_known ? "" : word;
 }
 
 /// Checks that the makers provide this speed; throws CLI::ValidationError.
@@ -200,7 +210,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& e) {
     return app.exit(e);
   } catch (const CLI::Error& e) {
-    fmt::print(stderr, "corbot-sim: {} (see 'corbot-sim --help')\n", e.what());
+    const std::string unknown = unknown_device(app, argc > 1 ? argv[1] : "");
+    const std::string fault = unknown.empty() ? e.what() : fmt::format("unknown device '{}'", unknown);
+    fmt::print(stderr, "corbot-sim: {} (see 'corbot-sim --help')\n", fault);
     return kExitUsage;
   }
 

@@ -406,6 +406,8 @@ TEST_F(CorbotSim, RefusesAWrongCommandLine) {
   EXPECT_EQ(
       run({CORBOT_BIN_DIR "/corbot-sim", "ssc32", "--pty", link_, "--record", "/nowhere/at/all.csv"}).code,
       1);
+  EXPECT_THAT(run({CORBOT_BIN_DIR "/corbot-sim", "pca9685", "--pty", link_}).errors,
+              HasSubstr("unknown device 'pca9685' (see"));
   EXPECT_THAT(run({CORBOT_BIN_DIR "/corbot-sim", "--help"}).output, HasSubstr("unplug"));
 }
 
