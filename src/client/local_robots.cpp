@@ -133,8 +133,8 @@ std::string robots_up_instead(const std::string& name) {
   if (up.empty()) return "";
   const std::vector<std::string_view> known(up.begin(), up.end());
   const std::string_view near = most_similar(name, known, kSimilarKey);
-  return fmt::format(", but {}{}", fmt::join(up, ", "),
-                     near.empty() ? "" : fmt::format(": did you mean '{}'?", near));
+  return fmt::format("; these are up: {}{}", fmt::join(up, ", "),
+                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
 }
 
 std::string robot_at_port(int port) {

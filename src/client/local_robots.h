@@ -52,8 +52,8 @@ struct RobotState {
 /// Returns the names of the robots that are up, sorted.
 [[nodiscard]] std::vector<std::string> robots_up();
 
-/// Returns text for messages: ", but lynx5, puma560: did you mean 'lynx5'?" if robots other than `name` are
-/// up, else "".
+/// Returns text for messages: "; these are up: lynx5, puma560; did you mean 'lynx5'?" if robots other than
+/// `name` are up, else "".
 [[nodiscard]] std::string robots_up_instead(const std::string& name);
 
 /// Returns "'lynx5' is up at 127.0.0.1:12810" for the robot here that listens at that port, else "".

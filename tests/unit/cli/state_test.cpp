@@ -144,7 +144,7 @@ TEST_F(State, AnUnknownNameIsAnsweredWithThoseThatAreUp) {
     (void)find_robot("puma");
     ADD_FAILURE() << "found";
   } catch (const Failure& failure) {
-    EXPECT_THAT(failure.what(), HasSubstr("but lynx5, puma560: did you mean 'puma560'?"));
+    EXPECT_THAT(failure.what(), HasSubstr("); these are up: lynx5, puma560; did you mean 'puma560'?"));
   }
 }
 
