@@ -60,7 +60,9 @@ std::string silence_text(const std::string& what, const std::string& uri, const 
                 "a cell is up in {}, which starts it again: repeat the command, with the --ports of its "
                 "'up'; 'corbot hold' stops an arm at once, until 'corbot clear'",
                 directory.string())
-          : std::string("'corbot cell up CELL' starts a cell");
+          : std::string(
+                "'corbot cell up CELL' starts a cell; to one that runs, write the --name, --ports and "
+                "--state-dir of its 'up'");
   return fmt::format("{} at {} does not reply (CORBA {}); {}", what, client::printable(uri), error, hint);
 }
 

@@ -51,7 +51,8 @@ TEST(SilentCell, IsOneThatRunsWhereItsDirectoryIsHeld) {
   };
   EXPECT_EQ(text(),
             "the coordinator at corbaloc::h:1/Coordinator does not reply (CORBA TIMEOUT); "
-            "'corbot cell up CELL' starts a cell");
+            "'corbot cell up CELL' starts a cell; to one that runs, write the --name, --ports and "
+            "--state-dir of its 'up'");
   {
     const cli::DirectoryLock lock(directory);
     EXPECT_EQ(
