@@ -59,7 +59,8 @@ const std::vector<VerbSpec> kVerbs{
      {kLine, kTime},
      "Move to a pose: a point, metres, and angles as status shows them, degrees, or a quaternion",
      true,
-     true},
+     true,
+     "X Y Z (A B C | QW QX QY QZ) [--line] [--time T]"},
     {Verb::kMoveRelative,
      "moverelative",
      {"DX", "DY", "DZ", "A|QW", "B|QX", "C|QY", "QZ"},
@@ -67,7 +68,8 @@ const std::vector<VerbSpec> kVerbs{
      {{"--tool", "", "Move along the tool's axes instead of the base's"}, kLine, kTime},
      "Move by an offset, metres, and by a turn, as for movepose; without a turn the orientation stays",
      true,
-     true},
+     true,
+     "DX DY DZ [A B C | QW QX QY QZ] [--tool] [--line] [--time T]"},
     {Verb::kDrive,
      "drive",
      {"JOINT", "INCREMENT", "SPEED"},
@@ -83,7 +85,8 @@ const std::vector<VerbSpec> kVerbs{
      {kTime},
      "Move to the given joint values, one for each joint: degrees, or metres of a sliding joint",
      true,
-     true},
+     true,
+     "A0 A1 ... [--time T]"},
     {Verb::kReady, "ready", {}, 0, {}, "Move all joints to zero", true, true},
     {Verb::kDelay, "delay", {"SECONDS"}, 1, {}, "Wait at rest for a time", true, true},
     {Verb::kOpen, "open", {}, 0, {}, "Open the gripper", true, true},
@@ -97,7 +100,8 @@ const std::vector<VerbSpec> kVerbs{
       {"--all", "", "Set the second speed of all joints"}},
      "Set the speed of the motions that follow, or a second speed of joints; without PERCENT show both",
      false,
-     true},
+     true,
+     "[PERCENT] [--joint N | --all]"},
     {Verb::kPitch,
      "pitch",
      {"DEGREES"},
@@ -114,7 +118,8 @@ const std::vector<VerbSpec> kVerbs{
        "Take tool pitch and orientation back: each motion keeps the orientation that the tool has"}},
      "Set the tool's orientation for move, moves and movec, angles in degrees or a quaternion",
      false,
-     true},
+     true,
+     "(A B C | QW QX QY QZ | --reset)"},
     {Verb::kLimit,
      "limit",
      {"JOINT", "LOWER", "UPPER"},
@@ -123,7 +128,8 @@ const std::vector<VerbSpec> kVerbs{
      "Set the soft limits of one joint (its number, from 0, or name), in degrees, or metres of a sliding "
      "joint",
      false,
-     true},
+     true,
+     "(JOINT LOWER UPPER | --reset)"},
     {Verb::kTool,
      "tool",
      {"X", "Y", "Z", "QW", "QX", "QY", "QZ"},
@@ -131,7 +137,8 @@ const std::vector<VerbSpec> kVerbs{
      {},
      "Set the tool frame, flange to tool centre point, for the motions that follow",
      false,
-     true},
+     true,
+     "X Y Z [QW QX QY QZ]"},
     {Verb::kBase,
      "base",
      {"X", "Y", "Z", "QW", "QX", "QY", "QZ"},
@@ -139,7 +146,8 @@ const std::vector<VerbSpec> kVerbs{
      {},
      "Set the base frame, where the arm stands in the world, for the motions that follow",
      false,
-     true},
+     true,
+     "X Y Z [QW QX QY QZ]"},
     {Verb::kFrames,
      "frames",
      {},
@@ -188,7 +196,7 @@ const std::vector<VerbSpec> kVerbs{
      "acquire",
      {},
      0,
-     {{"--lease", "S", "Seconds after which unused control ends, 0.5 to 3600 (60)"},
+     {{"--lease", "SECONDS", "Seconds after which unused control ends, 0.5 to 3600 (60)"},
       {"--who", "NAME", "Name of the holder that other clients read (USER@MACHINE)"}},
      "Take exclusive control of an arm at rest; prints the reference for --robot or $CORBOT_ROBOT",
      false,
@@ -333,8 +341,8 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
   return std::nullopt;
 }
 
-/// Names of commands in other programs.
-constexpr std::array<std::array<std::string_view, 2>, 12> kOtherNames{{{"wait", "delay"},
+/// Names of commands in other programs, and of the methods of the Python package.
+constexpr std::array<std::array<std::string_view, 2>, 16> kOtherNames{{{"wait", "delay"},
                                                                        {"sleep", "delay"},
                                                                        {"goto", "move"},
                                                                        {"jog", "moverelative"},
@@ -345,7 +353,11 @@ constexpr std::array<std::array<std::string_view, 2>, 12> kOtherNames{{{"wait", 
                                                                        {"reset", "clear"},
                                                                        {"start", "up"},
                                                                        {"movej", "joints"},
-                                                                       {"movel", "moves"}}};
+                                                                       {"movel", "moves"},
+                                                                       {"line", "moves"},
+                                                                       {"arc", "movec"},
+                                                                       {"pose", "movepose"},
+                                                                       {"relative", "moverelative"}}};
 
 }  // namespace
 
@@ -383,6 +395,7 @@ std::string ratio_note(const Request& request) {
 }
 
 std::string usage_of(const VerbSpec& spec) {
+  if (!spec.usage.empty()) return fmt::format("{} {}", spec.word, spec.usage);
   std::string text(spec.word);
   for (std::size_t i = 0; i < spec.arguments.size(); ++i) {
     text +=

@@ -82,6 +82,8 @@ struct VerbSpec {
   std::string_view help;
   bool motion;      ///< has a ticket, takes time, can be stopped
   bool in_program;  ///< allowed in a program
+  /// Arguments and options as the help shows them; empty: usage_of() lists both one by one.
+  std::string_view usage{};
 };
 
 /// All verbs, in the order of the help.
@@ -93,7 +95,7 @@ struct VerbSpec {
 [[nodiscard]] std::string ratio_note(const Request& request);
 
 /// Returns "; did you mean 'move'?" for a word that is not among `commands`. The word is a misspelling or the
-/// name of a command in other programs. Returns "" if no command is similar.
+/// name of a command elsewhere. Returns "" if no command is similar.
 [[nodiscard]] std::string suggest_command(std::string_view word, std::span<const std::string_view> commands);
 
 /// Returns "move X Y Z [--above D] [--time T]".

@@ -66,6 +66,14 @@ def completed():
     return [[word for word in line.split() if not word.startswith("-")] for line in lines]
 
 
+def tags_of(manual):
+    """Returns the entries' first lines as a reader sees them."""
+    commands = manual.split(".SH COMMANDS\n")[1].split(".SH ")[0]
+    tags = re.findall(r"^\.TP\n\.B[IR]* (.*)", commands, re.MULTILINE)
+    plain = [re.sub(r"\\f.", "", tag).replace("\\-", "-") for tag in tags]
+    return ["".join(quoted or bare for quoted, bare in re.findall(r'"([^"]*)"|(\S+)', tag)) for tag in plain]
+
+
 def joined(groups):
     return [name for names in groups.values() for name in names]
 
@@ -110,6 +118,20 @@ class Commands(unittest.TestCase):
                 options -= {"--name", "--ports", "--state-dir"}  # the manual page says this once, for all
             missing = [option for option in options - general if option not in entries[name]]
             self.assertEqual(missing, [], name)
+
+    def test_the_manual_page_has_the_usage_of_each_command_of_a_robot(self):
+        usages = {}
+        for tag in tags_of(self.manual):
+            for usage in [tag] if "[" in tag else tag.split(", "):  # "pause, resume"
+                usages[usage.split()[0]] = usage
+        counted = 0
+        for name in subcommands(self.help):
+            usage = re.search(r"^Usage: corbot (.*) \[--robot R\] \[--timeout S\]$", helped(name), re.M)
+            if usage is None:  # the help of a command with options of its own
+                continue
+            counted += 1
+            self.assertEqual(usages[name], usage[1].replace(" [--dry-run [--profile P --plot FILE]]", ""))
+        self.assertGreater(counted, 20)
 
     def test_finds_a_planted_difference(self):
         swapped = self.manual.replace(".B ready\n", ".B clear\n", 1)

@@ -86,6 +86,15 @@ TEST(Message, CommandsOfOtherProgramsAreUnderstood) {
   EXPECT_EQ(suggest_command("halt", commands), "") << "'stop' is no command here";
 }
 
+TEST(Message, MethodsOfThePythonPackageAreUnderstood) {
+  std::vector<std::string_view> commands;
+  for (const VerbSpec& spec : verbs()) commands.push_back(spec.word);
+  EXPECT_EQ(suggest_command("line", commands), "; did you mean 'moves'?");
+  EXPECT_EQ(suggest_command("arc", commands), "; did you mean 'movec'?");
+  EXPECT_EQ(suggest_command("pose", commands), "; did you mean 'movepose'?");
+  EXPECT_EQ(suggest_command("relative", commands), "; did you mean 'moverelative'?");
+}
+
 TEST(Message, UnreachableNamesThePoint) {
   const Failure f = failure_of(Corbot::Unreachable({1, -2, 0.5}, "too far"));
   EXPECT_EQ(f.code(), ExitCode::kRefused);
