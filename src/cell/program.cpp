@@ -43,19 +43,21 @@ void CellOptions::add_to(CLI::App& app) {
   app.add_option("--pieces", overrides.pieces, "Number of simulated pieces, instead of the file's")
       ->check(CLI::Range(0, 100));
   app.add_option("--seed", overrides.seed, "Seed of the simulation, instead of the file's")
-      ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}))
+      ->type_name("NUMBER");
 }
 
 void CellOptions::add_file_to(CLI::App& app) {
-  app.add_option("CELL", file, "Description of the cell, a TOML file")->required();
+  app.add_option("CELL", file, "Description of the cell, a TOML file")->required()->type_name("");
 }
 
 void CellOptions::add_address_to(CLI::App& app) {
   add_file_to(app);
-  app.add_option("--name", overrides.name, "Name of the cell, instead of the file's");
+  app.add_option("--name", overrides.name, "Name of the cell, instead of the file's")->type_name("NAME");
   app.add_option("--ports", overrides.ports, "First of the ports in a row that the cell listens on")
       ->check(CLI::Range(1024, 65535));
-  app.add_option("--state-dir", overrides.state_directory, "Directory of ledger, sockets and logs");
+  app.add_option("--state-dir", overrides.state_directory, "Directory of ledger, sockets and logs")
+      ->type_name("DIRECTORY");
 }
 
 std::vector<std::string> words_of(const CellOptions& options) {

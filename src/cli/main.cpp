@@ -32,6 +32,7 @@
 #include "client/client.h"
 #include "client/explain.h"
 #include "client/number.h"
+#include "client/number_within.h"
 #include "config/similar.h"
 
 namespace {
@@ -61,19 +62,6 @@ struct Settings {
   bool urdf{false};
 };
 
-/// Validates the number of an option with the messages used elsewhere. CLI11 would accept "nan", "0x10" and "
-/// 1", too.
-CLI::Validator number_within(double low, double high) {
-  return CLI::Validator(
-      [low, high](std::string& word) {
-        const auto value = parse_number(word);
-        if (!value) return number_fault(word);
-        if (*value >= low && *value <= high) return std::string();
-        return fmt::format("{} is out of range: allowed are {} to {}", word, low, high);
-      },
-      fmt::format("NUMBER in [{} - {}]", low, high));
-}
-
 /// Validates the file name of a picture. Standard output is not allowed, as the plan itself goes there.
 CLI::Validator picture_file() {
   return CLI::Validator(
@@ -86,11 +74,14 @@ CLI::Validator picture_file() {
 }
 
 void add_client_options(CLI::App& command, Settings& settings) {
-  command.add_option("--robot", settings.client.robot,
-                     "Name of a robot that is up here, HOST:PORT/NAME or [IPV6]:PORT/NAME, corbaloc or IOR\n"
-                     "($CORBOT_ROBOT)");
+  command
+      .add_option("--robot", settings.client.robot,
+                  "Name of a robot that is up here, HOST:PORT/NAME or [IPV6]:PORT/NAME, corbaloc or IOR\n"
+                  "($CORBOT_ROBOT)")
+      ->type_name("ROBOT");
   command.add_option("--timeout", settings.client.timeout_s, "Seconds that a call may take, not a motion")
-      ->check(number_within(0.1, 3600.0));
+      ->check(number_within(0.1, 3600.0))
+      ->type_name("SECONDS");
 }
 
 /// Shows the grammar of a verb; CLI11 would show "[values(0x)]".
@@ -198,13 +189,20 @@ void add_verbs(CLI::App& app, Settings& settings,
 
 void add_supervision(CLI::App& app, Settings& s) {
   CLI::App* up_command = app.add_subcommand("up", "Start a robot and supervise it, in the foreground");
-  up_command->add_option("PROFILE", s.up.profile, "The robot's profile, a TOML file")->required();
-  up_command->add_option("--name", s.up.name, "Name of the robot, instead of the profile's");
-  up_command->add_option("--endpoint", s.up.endpoint,
-                         "HOST:PORT or [IPV6]:PORT to listen on, instead of the profile's");
-  up_command->add_option(
-      "--unix", s.up.unix_path,
-      "Unix socket to listen on as well; each client process there has its own limit of waiting calls");
+  up_command->add_option("PROFILE", s.up.profile, "The robot's profile, a TOML file")
+      ->required()
+      ->type_name("");
+  up_command->add_option("--name", s.up.name, "Name of the robot, instead of the profile's")
+      ->type_name("NAME");
+  up_command
+      ->add_option("--endpoint", s.up.endpoint,
+                   "HOST:PORT or [IPV6]:PORT to listen on, instead of the profile's")
+      ->type_name("ADDRESS");
+  up_command
+      ->add_option(
+          "--unix", s.up.unix_path,
+          "Unix socket to listen on as well; each client process there has its own limit of waiting calls")
+      ->type_name("PATH");
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
                                         "Start a naming service, too, on this port of the loopback (2809)");
   naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
@@ -212,15 +210,19 @@ void add_supervision(CLI::App& app, Settings& s) {
                                        "Start a panel, too, on this port of the loopback (8080)");
   panel->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
   up_command->add_option("--orb", s.up.orb, "ORB of the servant (omniorb)")
-      ->check(CLI::IsMember({"omniorb", "orbit2"}));
+      ->check(CLI::IsMember({"omniorb", "orbit2"}))
+      ->type_name("ORB");
   up_command
       ->add_option("--realtime", s.up.realtime,
                    "Without real-time privileges: refuse to start, or go on without real time (best-effort)")
-      ->check(CLI::IsMember({"enforce", "best-effort"}));
+      ->check(CLI::IsMember({"enforce", "best-effort"}))
+      ->type_name("MODE");
   up_command->add_flag("--simulated", s.up.simulated,
                        "Refuse a profile that drives a device: nothing real can move");
-  up_command->add_option("--state-dir", s.up.state_directory,
-                         "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
+  up_command
+      ->add_option("--state-dir", s.up.state_directory,
+                   "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)")
+      ->type_name("DIRECTORY");
   up_command->add_flag(
       "--until-eof", s.up.until_eof,
       "End the robot at the end of standard input, such as a pipe from the program that starts it");
@@ -232,12 +234,14 @@ void add_supervision(CLI::App& app, Settings& s) {
     up(s.up);
   });
   CLI::App* down_command = app.add_subcommand("down", "End a robot, or remove stale files after a crash");
-  down_command->add_option("--name", s.down_name, "Name of the robot, if several are up");
+  down_command->add_option("--name", s.down_name, "Name of the robot, if several are up")->type_name("NAME");
   down_command->callback([&s] { down(s.down_name, s.client.robot); });
   CLI::App* doctor_command =
       app.add_subcommand("doctor", "Examine the machine and a profile, and say what to fix");
-  doctor_command->add_option("PROFILE", s.doctor_profile,
-                             "Profile, a TOML file: examine it, its port and its devices, too");
+  doctor_command
+      ->add_option("PROFILE", s.doctor_profile,
+                   "Profile, a TOML file: examine it, its port and its devices, too")
+      ->type_name("");
   doctor_command->callback([&s] {
     if (!doctor(s.doctor_profile)) throw Failure(ExitCode::kRefused, "");
   });
@@ -246,10 +250,13 @@ void add_supervision(CLI::App& app, Settings& s) {
 void add_conform(CLI::App& app, Settings& s) {
   CLI::App* command = app.add_subcommand(
       "conform", "Check whether a robot of any make does what robot.idl says; this moves the arm");
-  command->add_option("REFERENCE", s.client.robot, "The robot, as --robot takes it")->required();
+  command->add_option("REFERENCE", s.client.robot, "The robot, as --robot takes it")
+      ->required()
+      ->type_name("");
   command->add_flag("--yes", s.is_agreed, "Move the arm without a question at the terminal");
   command->add_option("--timeout", s.client.timeout_s, "Seconds that a call may take, not a motion")
-      ->check(number_within(0.1, 3600.0));
+      ->check(number_within(0.1, 3600.0))
+      ->type_name("SECONDS");
   command->footer("Exit code 0: all that the pick-and-place cell needs holds; 1: something does not.");
   command->callback([&s] { conform(find_robot(s.client.robot), s.client.timeout_s, s.is_agreed); });
 }
@@ -257,21 +264,30 @@ void add_conform(CLI::App& app, Settings& s) {
 void add_calibration(CLI::App& app, Settings& s) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Calibrate the servos and write the result into the profile");
-  command->add_option("PROFILE", s.calibrate.profile, "The robot's profile, a TOML file")->required();
-  command->add_option("--name", s.calibrate.name, "Name of the robot, instead of the profile's");
-  command->add_option("--state-dir", s.calibrate.state_directory,
-                      "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)");
+  command->add_option("PROFILE", s.calibrate.profile, "The robot's profile, a TOML file")
+      ->required()
+      ->type_name("");
+  command->add_option("--name", s.calibrate.name, "Name of the robot, instead of the profile's")
+      ->type_name("NAME");
+  command
+      ->add_option("--state-dir", s.calibrate.state_directory,
+                   "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)")
+      ->type_name("DIRECTORY");
   command->add_flag("--dry-run", s.calibrate.dry_run, "'write' shows what would change, and changes nothing");
   command->footer(std::string("The robot must not be up. Commands, from the terminal or a pipe:\n") +
                   calibrate_help());
   command->callback([&s] { calibrate(s.calibrate); });
   CLI::App* home_command =
       app.add_subcommand("home", "Home the drives of an arm that have no absolute encoders");
-  home_command->add_option("PROFILE", s.home.profile, "The robot's profile, a TOML file")->required();
-  home_command->add_option(
-      "JOINT", s.home.joints,
-      "Names or numbers of joints, in the order of homing; none: all with a homing_method");
-  home_command->add_option("--name", s.home.name, "Name of the robot, instead of the profile's");
+  home_command->add_option("PROFILE", s.home.profile, "The robot's profile, a TOML file")
+      ->required()
+      ->type_name("");
+  home_command
+      ->add_option("JOINT", s.home.joints,
+                   "Names or numbers of joints, in the order of homing; none: all with a homing_method")
+      ->type_name("");
+  home_command->add_option("--name", s.home.name, "Name of the robot, instead of the profile's")
+      ->type_name("NAME");
   home_command->footer(
       "The robot must not be up. The command shows what will move, and moves it when you type 'on'. Ctrl-C "
       "halts.");
@@ -282,7 +298,9 @@ void add_arm(CLI::App& app, Settings& s) {
   CLI::App* command = app.add_subcommand(
       "kinematics",
       "Show how corbot reads the geometry of an arm, its workspace, and its solutions at a pose");
-  command->add_option("PROFILE", s.kinematics.profile, "The robot's profile, a TOML file")->required();
+  command->add_option("PROFILE", s.kinematics.profile, "The robot's profile, a TOML file")
+      ->required()
+      ->type_name("");
   auto* pose = command->add_option(
       "--pose", s.kinematics.pose,
       "Show the solutions at this pose of the tool: X,Y,Z in metres, or X,Y,Z,QW,QX,QY,QZ");
@@ -298,7 +316,9 @@ void add_arm(CLI::App& app, Settings& s) {
   command->add_flag("--thumbnail", s.kinematics.thumbnail, "Draw the picture small, for a table")->needs(svg);
   command->callback([&s] { kinematics(s.kinematics); });
   CLI::App* export_command = app.add_subcommand("export", "Write the geometry of an arm for other programs");
-  export_command->add_option("PROFILE", s.exported.profile, "The robot's profile, a TOML file")->required();
+  export_command->add_option("PROFILE", s.exported.profile, "The robot's profile, a TOML file")
+      ->required()
+      ->type_name("");
   export_command->add_flag("--urdf", s.urdf, "Write a URDF: links, joints, limits")->required();
   export_command->add_option("--output", s.exported.output, "File instead of standard output")
       ->type_name("FILE");
@@ -318,7 +338,8 @@ void add_views(CLI::App& app, Settings& s) {
   }
   CLI::App* watch_command = app.add_subcommand("watch", "Show the status repeatedly");
   watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs")
-      ->check(number_within(0.02, 3600.0));
+      ->check(number_within(0.02, 3600.0))
+      ->type_name("SECONDS");
   watch_command->add_option("--count", s.count, "End after so many outputs")
       ->check(CLI::Range(1, 1'000'000'000));
   add_client_options(*watch_command, s);
@@ -332,7 +353,8 @@ void add_solutions(CLI::App& app, Settings& s) {
       ->add_option("POSE", s.pose,
                    "X Y Z in metres, with the present orientation of the tool, or X Y Z QW QX QY QZ")
       ->required()
-      ->expected(3, 7);
+      ->expected(3, 7)
+      ->type_name("");
   command->add_flag("--json", s.json, "Print JSON, for programs");
   add_client_options(*command, s);
   command->callback([&s] {
@@ -363,7 +385,7 @@ void add_panel(CLI::App& app, Settings& s) {
 
 void add_files(CLI::App& app, Settings& s) {
   CLI::App* run_command = app.add_subcommand("run", "Run a program: a text file with one command a line");
-  run_command->add_option("PROGRAM", s.run.file, "File, - = standard input")->required();
+  run_command->add_option("PROGRAM", s.run.file, "File, - = standard input")->required()->type_name("");
   auto* dry_run = run_command->add_flag("--dry-run", s.run.dry_run,
                                         "Check the program and print its lines; nothing moves");
   auto* profile = run_command->add_option("--profile", s.run.profile,
@@ -376,14 +398,15 @@ void add_files(CLI::App& app, Settings& s) {
   add_client_options(*run_command, s);
   run_command->callback([&s] { run_file(s.client, s.run); });
   CLI::App* record_command = app.add_subcommand("record", "Record every cycle of the loop into a CSV file");
-  record_command->add_option("FILE", s.record.file, "File, - = standard output")->required();
+  record_command->add_option("FILE", s.record.file, "File, - = standard output")->required()->type_name("");
   record_command->add_option("--for", s.record.for_s, "End after so many seconds; otherwise at Ctrl-C")
-      ->check(number_within(0.001, 1e6));
+      ->check(number_within(0.001, 1e6))
+      ->type_name("SECONDS");
   record_command->add_flag("--force", s.record.force, "Overwrite an existing FILE");
   add_client_options(*record_command, s);
   record_command->callback([&s] { run_record(s.client, s.record); });
   CLI::App* plot_command = app.add_subcommand("plot", "Draw a file of 'record' as an SVG");
-  plot_command->add_option("RECORD", s.plot.record, "A file of 'corbot record'")->required();
+  plot_command->add_option("RECORD", s.plot.record, "A file of 'corbot record'")->required()->type_name("");
   plot_command
       ->add_option("-o,--output", s.plot.output, "File, - = standard output; otherwise RECORD with .svg")
       ->type_name("FILE");
@@ -410,7 +433,8 @@ void check_command(const CLI::App& app, std::span<const std::string> words, cons
 int run(int argc, char** argv) {
   CLI::App app("corbot: a robot arm behind a CORBA interface, with a real-time body", "corbot");
   app.footer(
-      "Exit codes: 0 ok, 1 refused by the robot, 2 usage, 3 cannot reach the robot, 4 stopped, 5 internal.\n"
+      "Exit codes: 0 done, 1 the robot refused or failed it, 2 wrong usage, 3 no such robot or no reply,\n"
+      "4 stopped before its end, 5 an error of the machine.\n"
       "More: man corbot");
   app.require_subcommand(1);
   app.failure_message(explain_usage);

@@ -352,6 +352,7 @@ TEST_F(Robustness, ManualAndCompletionHaveEveryCommandAndOption) {
     EXPECT_THAT(manual, testing::ContainsRegex("\n\\.B[^\n]*[ \"]" + command + "[ \",\n]"));
     if (command == "cell") continue;  // its options are those of its own commands
     const std::string help = corbot({command, "--help"}).output, options = completed(command, "--");
+    EXPECT_THAT(help, Not(HasSubstr(" TEXT"))) << command << " names an option's type instead of its value";
     for (std::sregex_iterator at(help.begin(), help.end(), option), end; at != end; ++at)
       EXPECT_THAT(options, HasSubstr((*at)[2].str())) << command;
   }
@@ -384,6 +385,12 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
   EXPECT_THAT(corbot({"status", "--frobnicate"}).errors, Not(HasSubstr("did you mean")));
   const RunResult program = corbot({"run", put("p.corbot", "move 1 2 3 --tiem 4\n")});
   EXPECT_THAT(program.errors, HasSubstr("did you mean '--time'?"));
+}
+
+TEST_F(Robustness, EachCommandReadsTheIntervalAlike) {
+  const char* const fault = "--interval: '5s' is not a number";
+  EXPECT_THAT(corbot({"watch", "--interval", "5s"}).errors, HasSubstr(fault));
+  EXPECT_THAT(corbot({"cell", "watch", "x", "--interval", "5s"}).errors, HasSubstr(fault));
 }
 
 // `corbot up` under a supervisor that keeps to systemd's protocol: another one of its own kind.

@@ -23,6 +23,7 @@
 #include "cli/cell/cell_up.h"
 #include "client/explain.h"
 #include "client/failure.h"
+#include "client/number_within.h"
 
 namespace corbot::cli {
 
@@ -122,28 +123,31 @@ CLI::Validator whole_number_from(int low) {
                ? std::string()
                : fmt::format("'{}' is not a whole number from {} to {}", client::printable(word), low, kMost);
   };
-  return CLI::Validator(check, "NUMBER");
+  return CLI::Validator(check, "");
 }
 
 void add_words_of_persons(CLI::App& cell) {
   auto [resolving, piece] = add_client(cell, "resolve", "Record where an unclear piece stands", resolve);
   resolving->add_option("PIECE", piece->piece, "Number of the piece, as 'corbot cell status' shows it")
       ->required()
-      ->check(whole_number_from(1));
-  resolving->add_option("PLACE", piece->place, "Place where the piece stands");
+      ->check(whole_number_from(1))
+      ->type_name("NUMBER");
+  resolving->add_option("PLACE", piece->place, "Place where the piece stands")->type_name("");
   resolving->add_option("SLOT", piece->slot, "Slot of PLACE, from 0; an area has none")
-      ->check(whole_number_from(0));
+      ->check(whole_number_from(0))
+      ->type_name("NUMBER");
   resolving->add_flag("--gone", piece->is_gone, "The piece was taken away");
   auto [exchanging, emptied] =
       add_client(cell, "exchange", "Record that a place was emptied",
                  [](CellClient& client, const Words& words) { client.exchange(words.place, user_name()); });
   exchanging->add_option("PLACE", emptied->place, "The emptied place; no robot may be at work there")
-      ->required();
+      ->required()
+      ->type_name("");
   auto [releasing, claimed] = add_client(
       cell, "release",
       "End the claim on a robot whose coordinator has ended for good and cannot move the robot any more",
       release);
-  releasing->add_option("ROBOT", claimed->place, "Name of the robot in CELL")->required();
+  releasing->add_option("ROBOT", claimed->place, "Name of the robot in CELL")->required()->type_name("");
 }
 
 }  // namespace
@@ -156,7 +160,8 @@ void add_cell(CLI::App& app) {
   const auto options = std::make_shared<CellRunOptions>();
   options->cell.add_to(*run);
   run->add_option("--pictures", options->pictures,
-                  "Directory for pictures of the run: cell.svg, gantt.svg, camera.jpg");
+                  "Directory for pictures of the run: cell.svg, gantt.svg, camera.jpg")
+      ->type_name("DIRECTORY");
   add_panel_to(*run, options->panel);
   run->add_flag("--until-eof", options->until_eof,
                 "End the cell at the end of standard input, such as a pipe from the program that starts it");
@@ -187,7 +192,8 @@ void add_cell(CLI::App& app) {
       add_client(*cell, "watch", "Show the status of a cell repeatedly",
                  [=](CellClient& client, const Words& given) { watch(client, given, cell_of(given)); });
   watching->add_option("--interval", words->interval_s, "Seconds between two outputs (1)")
-      ->check(CLI::Range(0.1, 3600.0));
+      ->check(client::number_within(0.1, 3600.0))
+      ->type_name("SECONDS");
   watching->add_option("--count", words->count, "End after so many outputs; 0: go on until Ctrl-C")
       ->check(CLI::Range(0, 1000000));
   add_client(*cell, "start", "Begin the work, or go on after a pause, a stop or a fault that needed a person",
