@@ -219,9 +219,10 @@ int run(int argc, char** argv) {
   Options options;
   options.server.port = 8080;
   app.add_option(
-      "ROBOT", options.robots,
-      "Names of robots that are up here, or HOST:PORT/NAME; neither ROBOT nor --cell: all that are "
-      "up here");
+         "ROBOT", options.robots,
+         "Names of robots that are up here, or HOST:PORT/NAME; neither ROBOT nor --cell: all that are "
+         "up here")
+      ->type_name("");
   app.add_option(
          "--cell", options.cells,
          "Cell to show: its name or state directory if it runs here, or its TOML file; can be repeated")
@@ -231,6 +232,7 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   app.add_option("--host", options.server.host, "Address to listen on, in figures; 0.0.0.0: all")
+      ->type_name("ADDRESS")
       ->capture_default_str();
   app.add_option("--allow-host", options.server.more_hosts,
                  "Name of this machine that browsers elsewhere use; can be repeated")
@@ -246,6 +248,9 @@ int run(int argc, char** argv) {
   app.footer(
       "Prints two URLs with a token each: one to watch and stop, one to drive as well.\n"
       "More: man corbot-panel");
+  app.failure_message([](const CLI::App*, const CLI::Error& error) {
+    return fmt::format("corbot-panel: {} (see 'corbot-panel --help')\n", client::printable(error.what()));
+  });
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -333,7 +333,8 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
   const std::string page = (directory_ / "page").string();
   EXPECT_THAT(fault({"--pages", directory_.string(), reference_}), HasSubstr("there is no index.html"));
   EXPECT_THAT(fault({"--pages", page, reference_, reference_}), HasSubstr("is named twice"));
-  EXPECT_THAT(fault({"--pages", page, "--port", "65536", reference_}), HasSubstr("2 --port"));
+  EXPECT_THAT(fault({"--pages", page, "--port", "65536", reference_}),
+              HasSubstr("2 corbot-panel: --port: Value 65536"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "localhost", reference_}),
               HasSubstr("in figures"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "192.0.2.1", reference_}),
