@@ -47,7 +47,7 @@ fs::path shipped_file(const fs::path& path) {
   const fs::path installed =
       fs::read_symlink("/proc/self/exe", ignored).parent_path().parent_path() / "share/corbot";
   for (const fs::path& directory : {fs::path("profiles"), installed / "profiles"}) {
-    const fs::path shipped = (directory / path.stem()).replace_extension(".toml");
+    fs::path shipped = (directory / path.stem()).replace_extension(".toml");
     if (fs::is_regular_file(shipped, ignored)) return shipped;
   }
   return {};
