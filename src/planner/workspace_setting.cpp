@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "corbot/arm/shape_parts.h"
 #include "corbot/interface_words.h"
 #include "corbot/kinematics/arm_parts.h"
 #include "planner/frame_settings.h"
@@ -52,6 +53,7 @@ std::optional<PlanRefusal> check_box(const ShapeNumbers& numbers) {
 
 std::optional<PlanRefusal> check_parts(const ArmModel& arm, std::uint32_t parts) {
   const ArmParts known = parts_of(points_of(arm.kinematics.chain()));
+  if (can_hold_for(arm.workspace, known, parts)) return std::nullopt;
   std::uint32_t allowed = 0, thin = 0;
   for (std::size_t part = 0; part < kArmParts; ++part) {
     if (!known[part].exists) continue;
@@ -65,7 +67,6 @@ std::optional<PlanRefusal> check_parts(const ArmModel& arm, std::uint32_t parts)
                     "arm are {}",
                     parts, allowed));
   }
-  if (parts <= kAllParts && (parts & allowed) != 0) return std::nullopt;
   return bad_shape(parts, 1, allowed,
                    fmt::format("parts {}: a sum of {} that names a part of this arm, which has {}", parts,
                                "1 tool, 2 wrist, 4 elbow, 8 upper arm, 16 forearm and 32 hand", allowed));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "corbot/arm/shape_numbers.h"
+#include "corbot/arm/shape_parts.h"
 #include "corbot/kinematics/arm_parts.h"
 #include "state/setting_text.h"
 
@@ -45,7 +46,7 @@ std::vector<double> read_numbers(const toml::table& table, std::size_t count) {
   return numbers;
 }
 
-WorkspaceShape read_shape(const toml::table& table) {
+WorkspaceShape read_shape(const toml::table& table, const ArmModel& arm) {
   const auto name = required_value<std::string>(table, "name");
   if (!is_file_name(name) || name.size() > WorkspaceShape::kLongestName)
     throw SettingError("name: not the name of a plane or box");
@@ -55,6 +56,10 @@ WorkspaceShape read_shape(const toml::table& table) {
   const auto parts = required_value<std::int64_t>(table, "parts");
   if (parts < 1 || parts > static_cast<std::int64_t>(kAllParts))
     throw SettingError(fmt::format("parts: {}, allowed 1 to {}", parts, kAllParts));
+  const auto bits = static_cast<std::uint32_t>(parts);
+  if (!can_hold_for(arm.workspace, parts_of(points_of(arm.kinematics.chain())), bits))
+    throw SettingError(
+        fmt::format("parts: {} names none of this arm, or a link without link_radius_m", parts));
   const auto kind = static_cast<ShapeKind>(found - kKinds.begin());
   ShapeNumbers numbers;
   if (kind == ShapeKind::kPlane) {
@@ -68,7 +73,7 @@ WorkspaceShape read_shape(const toml::table& table) {
     for (std::size_t i = 0; i < 3; ++i)
       if (!(numbers.from_m[i] < numbers.to_m[i])) throw SettingError("numbers: not a box");
   }
-  WorkspaceShape shape = shape_of(kind, static_cast<std::uint32_t>(parts), numbers);
+  WorkspaceShape shape = shape_of(kind, bits, numbers);
   std::copy(name.begin(), name.end(), shape.name.begin());
   return shape;
 }
@@ -93,7 +98,13 @@ FurtherShapes FurtherShapesText::read(std::string_view text, const SettingOwner&
   for (const toml::node& node : *array) {
     const toml::table* one = node.as_table();
     if (one == nullptr) throw SettingError("shapes: not a table");
-    further.shapes[further.count++] = read_shape(*one);
+    const WorkspaceShape shape = read_shape(*one, arm);
+    // The profile may have got a shape of this name since. Both hold.
+    const auto end = further.shapes.begin() + static_cast<std::ptrdiff_t>(further.count);
+    if (std::any_of(further.shapes.begin(), end,
+                    [&shape](const WorkspaceShape& other) { return other.name == shape.name; }))
+      throw SettingError(fmt::format("name: '{}' is the name of another plane or box", shape.name.data()));
+    further.shapes[further.count++] = shape;
   }
   if (!are_sound(further)) throw SettingError("shapes: a normal is no unit vector");
   return further;

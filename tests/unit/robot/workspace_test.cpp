@@ -2,10 +2,13 @@
 // Planes and boxes that clients set at run time: refused, saved, proved, and checked by the task.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <limits>
+
+#include <fmt/core.h>
 
 #include "robot/robot_handle.h"
 #include "robot/task_fixture.h"
@@ -28,7 +31,8 @@ WantedShape box(const std::string& name, const Vector3& from_m, const Vector3& t
 
 class RunTimeWorkspace : public TaskTest {
  protected:
-  RunTimeWorkspace() : TaskTest(CORBOT_TEST_PROFILES "/lynx5.toml"), task_(name_, profile_.arm) {}
+  explicit RunTimeWorkspace(const std::string& profile = CORBOT_TEST_PROFILES "/lynx5.toml")
+      : TaskTest(profile.c_str()), task_(name_, profile_.arm) {}
 
   void SetUp() override {
     std::string path = CORBOT_SCRATCH_DIR "/workspace-XXXXXX";
@@ -143,6 +147,33 @@ TEST_F(RunTimeWorkspace, ThatCannotBeReadLetsNoJointMove) {
   ASSERT_TRUE(
       wait_until(within(30), [&] { return status_of([&] { robot_->reset_workspace(); }) == CORBOT_OK; }));
   EXPECT_EQ(lower(-0.05).status, CORBOT_OK);
+}
+
+/// The same arm with thick links.
+class ThickRunTimeWorkspace : public RunTimeWorkspace {
+ protected:
+  ThickRunTimeWorkspace() : RunTimeWorkspace(thick_profile()) { std::filesystem::remove(file()); }
+
+ private:
+  static std::string file() { return fmt::format("{}/thick-{}.toml", CORBOT_SCRATCH_DIR, ::getpid()); }
+  static std::string thick_profile() {
+    std::ofstream(file()) << std::ifstream(CORBOT_TEST_PROFILES "/lynx5.toml").rdbuf()
+                          << "\n[workspace]\nlink_radius_m = [0.02, 0.02, 0.03]\n";
+    return file();
+  }
+};
+
+TEST_F(ThickRunTimeWorkspace, AShapeHoldsForALinkLessItsRadius) {
+  const double here_m = height_m();  // the lowest point of the hand's axis
+  constexpr std::uint32_t kHand = 32;
+  EXPECT_STREQ(set({plane("low", 1.0, here_m - 0.02, kHand)}).text,
+               "the hand stands 10 mm beyond the wanted 'low'");
+  ASSERT_EQ(set({plane("low", 1.0, here_m - 0.04, kHand)}).status, CORBOT_OK);
+  EXPECT_THAT(lower(-0.2).text, HasSubstr("the hand would be"));
+  const Outcome begun = lower(-0.02);
+  ASSERT_EQ(begun.status, CORBOT_OK) << begun.text;
+  robot_->finish(begun.ticket);
+  EXPECT_GT(height_m(), here_m - 0.01);
 }
 
 TEST_F(RunTimeWorkspace, TheCInterfaceNamesTheProfilesShapesFirstAndRefusesTooMany) {

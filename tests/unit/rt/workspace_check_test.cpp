@@ -224,6 +224,26 @@ TEST_F(FurtherShapesCheck, OfWhichACommandNamesOthersOrThatAreUnsoundRefuseIt) {
   EXPECT_EQ(rig_->snapshot.position_q, kBent);
 }
 
+TEST_F(FurtherShapesCheck, HoldForLinks) {
+  ArmModel thick = lynx5();
+  thick.workspace.link_radius_m = {0.02, 0.02, 0.02};
+  thick.workspace.shapes[thick.workspace.count++] = floor_at(-1.0);
+  begin(thick, kBent);
+  // The upper arm swings over the top: both ends lie below the ceiling. The elbow itself passes unguarded.
+  constexpr std::uint32_t kUpperArm = 3;
+  further_ = {};
+  further_.shapes[further_.count++] = plane_shape({{0, 0, -1}, -0.2}, bit_of(kUpperArm));
+  rig_->servant->shapes.store(further_);
+  down_ = kBent;
+  down_[1] = 2.18;
+  EXPECT_EQ(verdict_of(number_of(further_)), Verdict::kFault);
+  const auto alarm = rig_->alarm();
+  ASSERT_TRUE(alarm && alarm->code == AlarmCode::kSetPointOutsideWorkspace);
+  EXPECT_EQ(alarm::outside_workspace(*alarm).shape, 1u) << "behind the profile's";
+  EXPECT_EQ(alarm::outside_workspace(*alarm).part, kUpperArm);
+  EXPECT_LT(rig_->snapshot.position_q[1], 2.0);
+}
+
 TEST_F(FurtherShapesCheck, OfAFormerServantHoldForItsCommands) {
   rig_->servant->shapes.store(further_);
   auto up = kBent;

@@ -77,6 +77,9 @@ TEST_F(FurtherShapesFile, ThatNoServantWritesAreRejected) {
   EXPECT_THAT(refusal(changed("[0, -0.1, 0, 0.1,", "[0, -0.1, 0, 0,")), HasSubstr("not a box"));
   EXPECT_THAT(refusal(changed("\"slope\"", "\"a b\"")), HasSubstr("name"));
   EXPECT_THAT(refusal(changed("parts = 7", "parts = 64")), HasSubstr("64, allowed 1 to 63"));
+  EXPECT_THAT(refusal(changed("parts = 7", "parts = 39")), HasSubstr("39 names none of this arm, or a link"));
+  EXPECT_THAT(refusal(changed("\"cage\"", "\"post\"")), HasSubstr("'post' is the name of another"));
+  EXPECT_EQ(refusal(changed("\"cage\"", "\"floor\"")), "") << "a profile that got this name later";
   EXPECT_THAT(refusal(changed("kind = \"in\"", "kind = \"on\"")), HasSubstr("kind"));
   std::string line = text();
   line = line.substr(line.find("  { name = \"cage\""));
@@ -84,6 +87,15 @@ TEST_F(FurtherShapesFile, ThatNoServantWritesAreRejected) {
   std::string many;
   for (int i = 0; i < 7; ++i) many += line;
   EXPECT_THAT(refusal(changed(line, many)), HasSubstr("at most 8"));
+}
+
+TEST_F(FurtherShapesFile, HoldForLinksOfAKnownRadius) {
+  arm_.workspace.link_radius_m = {0.02, 0.02, 0.01};
+  sample_.shapes[0].parts = kAllParts;
+  EXPECT_EQ(FurtherShapesText::read(text(), owner_, arm_), sample_);
+  const std::string whole = text();
+  arm_.workspace.link_radius_m[2] = 0.0;
+  EXPECT_THAT(refusal(whole), HasSubstr("a link without link_radius_m"));
 }
 
 TEST_F(FurtherShapesFile, WithAnyByteChangedAreRejectedOrSound) {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "corbot/arm/workspace_limits.h"
+#include "corbot/kinematics/arm_parts.h"
+
+namespace corbot {
+
+/// Tells whether a shape can hold for these parts of an arm: one of them exists, and no link
+/// among them lacks its radius.
+[[nodiscard]] inline bool can_hold_for(const WorkspaceLimits& limits, const ArmParts& arm,
+                                       std::uint32_t parts) noexcept {
+  bool has_one = false;
+  for (std::size_t part = 0; part < kArmParts; ++part) {
+    if ((parts & bit_of(part)) == 0 || !arm[part].exists) continue;
+    if (part >= kFirstLink && !(radius_m(limits, part) > 0.0)) return false;
+    has_one = true;
+  }
+  return has_one && parts <= kAllParts;
+}
+
+}  // namespace corbot
