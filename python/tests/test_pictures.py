@@ -48,6 +48,35 @@ def test_the_picture_shows_the_arm_as_it_stands(arm: corbot.Arm) -> None:
     assert all(0 <= float(number) <= 420 for corner in links for number in corner.split(","))
 
 
+def corners_of(arm: corbot.Arm) -> list[list[tuple[float, float]]]:
+    faces = ElementTree.fromstring(arm._repr_svg_()).findall(f"{SVG}polygon")
+    corners = (face.get("points", "").split() for face in faces)
+    return [[(float(x), float(y)) for x, y in (corner.split(",") for corner in face)] for face in corners]
+
+
+def test_the_picture_shows_planes_and_boxes_near_the_arm(arm: corbot.Arm) -> None:
+    arm.joints([0, 0, 0, 0])
+    assert corners_of(arm) == []
+    arm.set_workspace(
+        [
+            corbot.Shape.plane("floor2", (0, 0, 1), 0.0),
+            corbot.Shape.box("post", (0.2, 0.02, 0.0), (0.25, 0.05, 0.1)),
+            corbot.Shape.box("far", (5, 5, 0), (6, 6, 1)),
+            corbot.Shape.plane("wall", (0, 2, 0), -0.05),
+        ]
+    )
+    try:
+        shown = corners_of(arm)
+        assert len(shown) == 1 + 6 + 1
+        assert all(0 <= x <= 420 and 0 <= y <= 320 for face in shown for x, y in face)
+        arm.set_frames(base=corbot.Pose(corbot.Point(5.0, 5.1, 0.0)))
+        assert len(corners_of(arm)) > 1  # the far box is near the arm, the post and the wall are far
+        assert corners_of(arm) != shown
+    finally:
+        arm.reset_frames()
+        arm.reset_workspace()
+
+
 def test_a_wrong_number_of_joints_is_refused(arm: corbot.Arm) -> None:
     with pytest.raises(ValueError, match="has 4 joints, and these are 3"):
         arm.model.forward([0, 0, 0])

@@ -43,7 +43,7 @@ def test_limits_are_those_of_the_profile_until_they_are_set(arm: corbot.Arm) -> 
 
 
 def test_a_workspace_is_read_as_it_was_set(arm: corbot.Arm) -> None:
-    assert [shape.name for shape in arm.workspace.profile] == ["floor"]
+    assert arm.workspace == corbot.Workspace((), (), known=True)
     shapes = (
         corbot.Shape.plane("low", (0, 0, 1), 0.05, parts=["tool"]),
         corbot.Shape.box("post", (1, 1, 0), (1.5, 1.5, 1)),
@@ -56,14 +56,15 @@ def test_a_workspace_is_read_as_it_was_set(arm: corbot.Arm) -> None:
         arm.drive(1, -2, speed=40)
     with pytest.raises(corbot.BadParameter, match="9 planes and boxes, allowed at most 8"):
         arm.set_workspace([corbot.Shape.plane(f"p{k}", (0, 0, 1), -1) for k in range(9)])
+    with pytest.raises(corbot.BadParameter, match="parts 32: the profile gives no link_radius_m"):
+        arm.set_workspace([corbot.Shape.plane("p", (0, 0, 1), -1, parts=["hand"])])
     with pytest.raises(ValueError, match="'foot' is no kind"):
         arm.set_workspace([corbot.Shape.plane("p", (0, 0, 1), -1, parts=["foot"])])
     command = [str(find_program()), "workspace", "--robot", arm.address]
     assert subprocess.check_output(command, text=True) == (
-        "profile  floor  beyond 0 m along 0 0 1, for tool wrist\n"
         "set      low  beyond 0.05 m along 0 0 1, for tool\n"
-        "set      post  out of 1 1 0 to 1.5 1.5 1 m, for tool wrist elbow\n"
-        "set      cage  within -2 -2 -2 to 2 2 2 m, for wrist elbow\n"
+        "set      post  out of 1 1 0 to 1.5 1.5 1 m, for tool, wrist, elbow\n"
+        "set      cage  within -2 -2 -2 to 2 2 2 m, for wrist, elbow\n"
     )
     subprocess.check_call([*command, "--reset"])
     assert arm.workspace.further == ()

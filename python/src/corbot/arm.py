@@ -317,8 +317,9 @@ class Arm:
         return Model.from_urdf(self.description)
 
     def _repr_svg_(self) -> str:
-        """Draw the arm at its present joints, in a notebook."""
-        return self.model.svg(self.state.joints)
+        """Draw the arm at its present joints, and planes and boxes near it, in a notebook."""
+        workspace = self.workspace
+        return self.model.svg(self.state.joints, workspace.profile + workspace.further, self.frames.base)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:

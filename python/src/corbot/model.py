@@ -11,6 +11,9 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from corbot.poses import Array, Point, Pose, Quaternion
+from corbot.values import Shape
+
+_ORIGIN = Pose(Point(0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -81,16 +84,28 @@ class Model:
         """Give the tool's pose in the base frame for joint values in degrees (metres)."""
         return self.frames(joints)[-1]
 
-    def svg(self, joints: Sequence[float] | Array) -> str:
-        """Draw the arm as SVG: links, joints, the tool's axes, and the shadow on the floor."""
+    def svg(
+        self,
+        joints: Sequence[float] | Array,
+        shapes: Iterable[Shape] = (),
+        base: Pose = _ORIGIN,
+    ) -> str:
+        """Draw the arm as SVG: links, joints, the tool's axes, and the shadow on the floor.
+
+        It draws the faces of planes and boxes near the arm, too. The shapes are in the frame in which
+        the arm has the pose `base`.
+        """
         frames = self.frames(joints)
         links = np.array([frame.position for frame in frames])
         size = max(float(np.abs(links).max()), 1e-3)
+        near = np.array((links.min(axis=0), links.max(axis=0))) + 0.2 * size * np.array([[-1.0], [1.0]])
+        faces = [face for shape in shapes for face in _faces(shape, base, near)]
         tool = frames[-1] @ (0.15 * size * np.vstack((np.zeros(3), np.eye(3))))
         floor = links * (1.0, 1.0, 0.0)
-        picture = _Picture(np.vstack((links, floor, tool)))
+        picture = _Picture(np.vstack((links, floor, tool, *faces)))
         at = [index + 1 for index, joint in enumerate(self.joints) if joint.moves]
         parts = [
+            *(picture.face(face) for face in faces),
             picture.line(floor, "#d7dbe0", 7.0),
             picture.line(links, "#3b4a5a", 7.0),
             *(
@@ -131,6 +146,10 @@ class _Picture:
         )
         return f'<polyline points="{corners}" {style}/>'
 
+    def face(self, corners: Array) -> str:
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in self._at(corners))
+        return f'<polygon points="{points}" fill="#cc79a7" fill-opacity="0.2" stroke="#cc79a7"/>'
+
     def circle(self, point: Array) -> str:
         ((x, y),) = self._at(point[np.newaxis])
         return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="#f2a33a" stroke="#3b4a5a" stroke-width="2"/>'
@@ -149,6 +168,44 @@ class _Picture:
             + "\n".join(parts)
             + f"\n{texts}\n</svg>\n"
         )
+
+
+def _faces(shape: Shape, base: Pose, near: Array) -> list[Array]:
+    """Give the faces of a plane or box in the frame of the arm, as far as they are near."""
+    if shape.kind == "plane":
+        normal = np.array(shape.normal) / np.linalg.norm(shape.normal)
+        right = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+        right /= np.linalg.norm(right)
+        up = np.cross(normal, right)
+        middle = base @ near.mean(axis=0)
+        middle = middle + (shape.offset - middle @ normal) * normal
+        wide = float(np.linalg.norm(near[1] - near[0]))
+        faces = [middle + wide * np.array((-right - up, right - up, right + up, up - right))]
+    else:
+        ends = np.array((shape.least, shape.greatest))
+        square = ((0, 0), (1, 0), (1, 1), (0, 1))
+        faces = []
+        for axis in range(3):
+            for end in (0, 1):
+                corners = [np.insert((a, b), axis, end) for a, b in square]
+                faces.append(np.array([ends[corner, range(3)] for corner in corners]))
+    drawn = [_cut_to(base.inverse @ face, near) for face in faces]
+    return [face for face in drawn if len(face) > 2]
+
+
+def _cut_to(face: Array, near: Array) -> Array:
+    """Cut a convex polygon to a box between two corners."""
+    for axis in range(3):
+        for sign, bound in ((1.0, near[1][axis]), (-1.0, -near[0][axis])):
+            kept: list[Array] = []
+            for start, end in zip(face, np.roll(face, -1, axis=0), strict=True):
+                before, after = bound - sign * start[axis], bound - sign * end[axis]
+                if before >= 0.0:
+                    kept.append(start)
+                if (before >= 0.0) != (after >= 0.0):
+                    kept.append(start + before / (before - after) * (end - start))
+            face = np.array(kept).reshape(-1, 3)
+    return face
 
 
 def _captions(joints: Sequence[Joint], values: Sequence[float] | Array) -> list[str]:
