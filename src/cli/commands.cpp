@@ -229,7 +229,7 @@ void run_request(const ClientOptions& options, const Request& request) {
     Client client(find_robot(options.robot), options.timeout_s);
     return fmt::print("{}", read_frames(client));
   }
-  if (request.verb == Verb::kWorkspace && !request.reset) {
+  if (request.verb == Verb::kWorkspace && !request.reset && !request.shape) {
     Client client(find_robot(options.robot), options.timeout_s);
     return fmt::print("{}", read_workspace(client));
   }
@@ -287,9 +287,10 @@ void plot_same(const Request& request, const PlanOptions& options, const Corbot:
   if (!difference.empty())
     throw Failure(
         ExitCode::kUsage,
-        fmt::format("'{}' was not drawn: by {} the motion {}. Give the profile that the robot was started "
-                    "with, or set speeds, frames, limits and orientation back to those of the profile",
-                    options.plot, options.profile, difference));
+        fmt::format(
+            "'{}' was not drawn: by {} the motion {}. Give the profile that the robot was started "
+            "with, or set speeds, frames, limits, workspace and orientation back to those of the profile",
+            options.plot, options.profile, difference));
   charts::plot_plan(robot, to_string(request), options.plot);
 }
 

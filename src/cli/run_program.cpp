@@ -110,7 +110,8 @@ void check_reach(const Program& program, const std::string& profile, const std::
   if (!picture.empty()) charts::plot_plan(robot, program.name, picture);
   fmt::print(
       "{}: {} can carry {}, from all joints at 0 and with the profile's settings. Nothing moved. The robot's "
-      "position, its present settings and obstacles were NOT checked\n",
+      "position, its present settings, the planes and boxes that clients have set, and other obstacles were "
+      "NOT checked\n",
       counted(program), robot.robot(), program.statements.size() == 1 ? "it out" : "out all of them");
 }
 

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
 #include <thread>
 
+#include "corbot/kinematics/arm_parts.h"
 #include "corbot/kinematics/pose.h"
 #include "corbot/units.h"
 
@@ -70,6 +72,54 @@ void set_limit(Corbot::_objref_Arm& arm, const std::vector<double>& numbers) {
   }
   limits[joint] = {numbers[1], numbers[2]};
   arm.SetSoftLimits(limits.in());
+}
+
+Corbot::WorkspaceShape shape_of(const Request& request) {
+  constexpr std::uint32_t kAllPoints = bit_of(kFirstLink) - 1;
+  const auto& n = request.numbers;
+  Corbot::WorkspaceShape shape{};
+  shape.name = request.shape->c_str();
+  shape.parts = request.parts.value_or(kAllPoints);
+  if (n.size() == 4) {
+    shape.kind = Corbot::ShapePlane;
+    shape.normal = point(request, 0);
+    shape.offset = n[3];
+    return shape;
+  }
+  shape.kind = request.within ? Corbot::ShapeInside : Corbot::ShapeOutside;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto axis = std::array{&Corbot::Point::x, &Corbot::Point::y, &Corbot::Point::z}[i];
+    shape.least.*axis = std::min(n[i], n[i + 3]);
+    shape.greatest.*axis = std::max(n[i], n[i + 3]);
+  }
+  return shape;
+}
+
+/// Sets, replaces or removes one of the planes and boxes that clients have set; the others stay.
+void change_shape(Corbot::_objref_Arm& arm, const Request& request) {
+  const Corbot::WorkspaceInfo_var now = arm.Workspace();
+  if (!now->known)
+    throw Failure(ExitCode::kRefused,
+                  "the planes and boxes that were set are not known: remove them by 'corbot workspace "
+                  "--reset', and set them again");
+  Corbot::WorkspaceShapes shapes;
+  bool was_there = false;
+  const auto add = [&shapes](const Corbot::WorkspaceShape& shape) {
+    shapes.length(shapes.length() + 1);
+    shapes[shapes.length() - 1] = shape;
+  };
+  for (CORBA::ULong k = 0; k < now->further.length(); ++k) {
+    const bool is_same = *request.shape == now->further[k].name.in();
+    was_there = was_there || is_same;
+    if (!is_same) add(now->further[k]);
+    if (is_same && !request.remove) add(shape_of(request));
+  }
+  if (request.remove && !was_there)
+    throw Failure(ExitCode::kRefused, fmt::format("clients have set no plane or box '{}'; 'corbot workspace' "
+                                                  "shows those that are set",
+                                                  printable(*request.shape)));
+  if (!request.remove && !was_there) add(shape_of(request));
+  arm.SetWorkspace(shapes);
 }
 
 /// Returns X Y Z, and an orientation if one is given.
@@ -331,7 +381,7 @@ void Client::set(const Request& request) {
               "frames: a program cannot show frames; write 'frames --reset' for the profile's frames");
         return arm.ResetFrames();
       case Verb::kWorkspace:
-        return arm.ResetWorkspace();
+        return request.reset ? arm.ResetWorkspace() : change_shape(arm, request);
       case Verb::kOverride:
         return arm.Override(n[0]);
       case Verb::kStop:

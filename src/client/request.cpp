@@ -12,6 +12,7 @@
 #include "client/number.h"
 #include "config/similar.h"
 #include "corbot/channel/control_bounds.h"
+#include "corbot/kinematics/arm_parts.h"
 
 namespace corbot::client {
 
@@ -158,10 +159,14 @@ const std::vector<VerbSpec> kVerbs{
      true},
     {Verb::kWorkspace,
      "workspace",
-     {},
+     {"NAME", "NX|X1", "NY|Y1", "NZ|Z1", "OFFSET|X2", "Y2", "Z2"},
      0,
-     {{"--reset", "", "Remove the planes and boxes that clients have set"}},
-     "Show the planes and boxes to which motions keep",
+     {{"--within", "", "Keep the parts within the box; without this they keep out of it"},
+      {"--parts", "PARTS", "Parts that keep to it, of tool, wrist, elbow and links (tool,wrist,elbow)"},
+      {"--remove", "", "Remove the plane or box NAME that a client has set"},
+      {"--reset", "", "Remove all planes and boxes that clients have set"}},
+     "Show the planes and boxes to which motions keep, or set one, metres: a plane's normal points to where "
+     "the arm stays",
      false,
      false},
     {Verb::kOverride,
@@ -218,6 +223,44 @@ const std::vector<VerbSpec> kVerbs{
      false,
      false},
 };
+
+std::optional<std::string> check_shape(const Request& request) {
+  const std::size_t count = request.numbers.size();
+  const bool is_set = request.shape && !request.remove && !request.reset;
+  const bool has_options = request.within || request.parts;
+  if (is_set
+          ? (count == 4 && !request.within) || count == 6
+          : !has_options && count == 0 && (request.remove ? request.shape && !request.reset : !request.shape))
+    return std::nullopt;
+  return "write NAME NX NY NZ OFFSET for a plane, NAME X1 Y1 Z1 X2 Y2 Z2 for a box, NAME --remove, --reset "
+         "alone, or nothing; --within is for a box";
+}
+
+std::string parts_text(std::uint32_t parts) {
+  std::string text;
+  for (std::size_t part = 0; part <= kFirstLink; ++part) {
+    if ((parts & bit_of(part)) == 0) continue;
+    text += (text.empty() ? "" : ",") + std::string(part < kFirstLink ? kPartNames[part] : "links");
+  }
+  return text;
+}
+
+/// Reads names like tool,links as a set of parts.
+std::optional<std::uint32_t> read_parts(std::string_view names) {
+  constexpr std::uint32_t kLinks = kAllParts - (bit_of(kFirstLink) - 1);
+  std::uint32_t parts = 0;
+  for (std::size_t from = 0; from <= names.size();) {
+    const std::size_t comma = std::min(names.find(',', from), names.size());
+    const std::string_view name = names.substr(from, comma - from);
+    const auto end = kPartNames.begin() + kFirstLink;
+    const auto found = std::find(kPartNames.begin(), end, name);
+    if (found == end && name != "links") return std::nullopt;
+    parts |= found == end ? kLinks : bit_of(static_cast<std::size_t>(found - kPartNames.begin()));
+    from = comma + 1;
+  }
+  return parts;
+}
+
 std::optional<std::string> check_control(const Request& request) {
   if (!(request.lease_s >= kShortestLease_s && request.lease_s <= kLongestLease_s))
     return fmt::format("--lease {}: must be {} to {} seconds", request.lease_s, kShortestLease_s,
@@ -267,6 +310,8 @@ std::optional<std::string> check_values(const Request& request) {
       break;
     case Verb::kAcquire:
       return check_control(request);
+    case Verb::kWorkspace:
+      return check_shape(request);
     default:
       break;
   }
@@ -288,11 +333,13 @@ constexpr const char* kJointFault = "must be a joint's number, from 0, or its na
 std::optional<std::string> read_option(const OptionSpec& option, std::span<const std::string> words,
                                        std::size_t& index, Request& request) {
   if (option.value.empty()) {
-    (option.name == "--force"   ? request.force
-     : option.name == "--reset" ? request.reset
-     : option.name == "--line"  ? request.line
-     : option.name == "--tool"  ? request.tool
-                                : request.all) = true;
+    (option.name == "--force"    ? request.force
+     : option.name == "--reset"  ? request.reset
+     : option.name == "--remove" ? request.remove
+     : option.name == "--within" ? request.within
+     : option.name == "--line"   ? request.line
+     : option.name == "--tool"   ? request.tool
+                                 : request.all) = true;
     return std::nullopt;
   }
   if (index + 1 >= words.size()) return fmt::format("{} needs a value", option.name);
@@ -307,6 +354,11 @@ std::optional<std::string> read_option(const OptionSpec& option, std::span<const
     request.who = word;
     return std::nullopt;
   }
+  if (option.name == "--parts") {
+    request.parts = read_parts(word);
+    if (!request.parts) return fmt::format("--parts {}: must be of tool, wrist, elbow and links", word);
+    return std::nullopt;
+  }
   const auto value = parse_number(word);
   if (!value) return fmt::format("{}: {}", option.name, number_fault(word));
   if (option.name == "--lease") {
@@ -318,7 +370,7 @@ std::optional<std::string> read_option(const OptionSpec& option, std::span<const
 }
 
 std::optional<std::string> read_argument(const VerbSpec& spec, const std::string& word, Request& request) {
-  const std::size_t at = request.numbers.size();
+  const std::size_t at = request.numbers.size() + (request.shape ? 1 : 0);
   if (at == spec.arguments.size()) {
     return fmt::format("unexpected '{}'; usage: {}", word, usage_of(spec));
   }
@@ -326,6 +378,10 @@ std::optional<std::string> read_argument(const VerbSpec& spec, const std::string
     const auto joint = read_joint(word, request);
     if (!joint) return fmt::format("JOINT '{}': {}", word, kJointFault);
     request.numbers.push_back(*joint);
+    return std::nullopt;
+  }
+  if (spec.verb == Verb::kWorkspace && at == 0) {
+    request.shape = word;
     return std::nullopt;
   }
   const auto value = parse_number(word);
@@ -446,6 +502,7 @@ std::variant<Request, std::string> parse_request(std::span<const std::string> wo
 std::string to_string(const Request& request) {
   std::string text(spec_of(request.verb).word);
   const bool is_named = !request.joint_name.empty();
+  if (request.shape) text += " " + *request.shape;
   for (std::size_t i = 0; i < request.numbers.size(); ++i) {
     const bool is_joint = i == 0 && is_named && request.joint < 0;
     text += is_joint ? " " + request.joint_name : fmt::format(" {}", request.numbers[i]);
@@ -459,6 +516,9 @@ std::string to_string(const Request& request) {
   if (request.reset) text += " --reset";
   if (request.line) text += " --line";
   if (request.tool) text += " --tool";
+  if (request.within) text += " --within";
+  if (request.remove) text += " --remove";
+  if (request.parts) text += " --parts " + parts_text(*request.parts);
   if (request.verb == Verb::kAcquire) text += fmt::format(" --lease {}", request.lease_s);
   if (request.who) text += fmt::format(" --who '{}'", *request.who);
   return text;

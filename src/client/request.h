@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -51,21 +52,25 @@ enum class Verb {
 /// A checked command, in the units of the CORBA interface: metres, degrees, seconds, percent.
 struct Request {
   Verb verb{};
-  std::vector<double> numbers;       ///< the positional arguments in order
-  double above_m{0};                 ///< --above
-  double time_s{0};                  ///< --time; 0 = as fast as the limits allow
-  int joint{-1};                     ///< --joint; −1 = none
-  std::string joint_name{};          ///< instead of the number of the joint; empty: none
-  bool all{false};                   ///< --all
-  bool force{false};                 ///< --force
-  bool reset{false};                 ///< --reset
-  bool line{false};                  ///< --line
-  bool tool{false};                  ///< --tool
-  double lease_s{60};                ///< --lease
-  std::optional<std::string> who{};  ///< --who; nothing = user and machine
+  std::vector<double> numbers;           ///< the positional arguments in order
+  double above_m{0};                     ///< --above
+  double time_s{0};                      ///< --time; 0 = as fast as the limits allow
+  int joint{-1};                         ///< --joint; −1 = none
+  std::string joint_name{};              ///< instead of the number of the joint; empty: none
+  bool all{false};                       ///< --all
+  bool force{false};                     ///< --force
+  bool reset{false};                     ///< --reset
+  bool line{false};                      ///< --line
+  bool tool{false};                      ///< --tool
+  double lease_s{60};                    ///< --lease
+  std::optional<std::string> who{};      ///< --who; nothing = user and machine
+  std::optional<std::string> shape{};    ///< name of a plane or box
+  std::optional<std::uint32_t> parts{};  ///< --parts, as a set of parts; nothing = tool, wrist, elbow
+  bool within{false};                    ///< --within
+  bool remove{false};                    ///< --remove
 };
 
-/// An option of a verb. All except --who and the switches take a number.
+/// An option of a verb. All except --who, --parts and the switches take a number.
 struct OptionSpec {
   std::string_view name;   ///< with its dashes
   std::string_view value;  ///< name of the value in the help; empty for a switch

@@ -221,6 +221,28 @@ TEST_F(Motions, FramesAreSetShownAndReset) {
   EXPECT_THAT(corbot({"frames"}).output, HasSubstr("tool  0 0 0 m"));
 }
 
+TEST_F(Motions, PlanesAndBoxesAreSetShownAndRemoved) {
+  ASSERT_EQ(corbot({"workspace", "low", "0", "0", "2", "0.04", "--parts", "tool"}).code, 0);
+  ASSERT_EQ(corbot({"workspace", "post", "2", "2", "1", "1", "1", "0"}).code, 0);
+  ASSERT_EQ(corbot({"workspace", "cage", "-3", "-3", "-1", "3", "3", "3", "--within"}).code, 0);
+  EXPECT_EQ(corbot({"workspace"}).output,
+            "set      low  beyond 0.04 m along 0 0 1, for tool\n"
+            "set      post  out of 1 1 0 to 2 2 1 m, for tool, wrist, elbow\n"
+            "set      cage  within -3 -3 -1 to 3 3 3 m, for tool, wrist, elbow\n");
+  const RunResult refused = corbot({"drive", "1", "-10", "60"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(refused.errors, HasSubstr("below 'low'"));
+  EXPECT_EQ(corbot({"drive", "1", "-10", "60", "--dry-run"}).code, 1);
+  EXPECT_THAT(corbot({"workspace", "low", "0", "0", "1", "0.5"}).errors,
+              HasSubstr("beyond the wanted 'low'"));
+  EXPECT_THAT(corbot({"workspace", "wall", "--remove"}).errors, HasSubstr("no plane or box 'wall'"));
+  EXPECT_EQ(corbot({"workspace", "cage", "--remove"}).code, 0);
+  EXPECT_EQ(corbot({"workspace", "low", "0", "0", "1", "0"}).code, 0);
+  EXPECT_THAT(corbot({"workspace"}).output, HasSubstr("low  beyond 0 m along 0 0 1, for tool, wrist, elbow"));
+  EXPECT_EQ(corbot({"workspace", "--reset"}).code, 0);
+  EXPECT_THAT(corbot({"workspace"}).output, HasSubstr("the arm may be anywhere"));
+}
+
 TEST_F(Motions, SpeedSlowsDownWhatItNames) {
   const auto seconds = [&](const std::vector<std::string>& motion) {
     const auto begin = std::chrono::steady_clock::now();

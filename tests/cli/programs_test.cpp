@@ -110,6 +110,10 @@ TEST_F(Programs, ADryRunWithAProfileRefusesTheLineThatTheRobotRefuses) {
   EXPECT_EQ(real.code, 1);
   EXPECT_THAT(real.errors, HasSubstr("p.corbot:3: joints 20 0 0 0: refused: "));
   EXPECT_EQ(corbot({"run", file, "--profile", CORBOT_TEST_PROFILE}).code, 2) << "for a dry run only";
+  const RunResult free =
+      corbot({"run", put("q.corbot", "ready\n"), "--dry-run", "--profile", CORBOT_TEST_PROFILE});
+  EXPECT_THAT(free.output,
+              HasSubstr("the planes and boxes that clients have set, and other obstacles were NOT"));
   const std::string picture = (directory_ / "plan.svg").string();
   EXPECT_EQ(corbot({"run", file, "--dry-run", "--plot", picture}).code, 2) << "with a profile only";
   EXPECT_FALSE(std::filesystem::exists(picture));

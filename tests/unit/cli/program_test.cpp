@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <cmath>
 #include <set>
 #include <vector>
@@ -20,6 +23,7 @@ using client::ExitCode;
 using client::Failure;
 using client::find_verb;
 using client::parse_program;
+using client::parse_request;
 using client::Program;
 using client::ratio_note;
 using client::Request;
@@ -197,6 +201,41 @@ TEST(Program, RefusesAnEndlessLine) {
   const Program program = parse_program("ready\n" + std::string(5000, 'a') + "\n");
   ASSERT_EQ(program.faults.size(), 1u);
   EXPECT_THAT(program.faults[0].reason, HasSubstr("longer than"));
+}
+
+TEST(Program, ReadsPlanesAndBoxes) {
+  const auto read = [](const std::vector<std::string>& words) { return parse_request(words); };
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"workspace"},
+           {"workspace", "wall", "0", "-1", "0", "-0.3", "--parts", "tool,links"},
+           {"workspace", "cage", "-1", "-1", "0", "1", "1", "2", "--within"},
+           {"workspace", "wall", "--remove"},
+           {"workspace", "--reset"}}) {
+    const auto request = read(words);
+    ASSERT_TRUE(std::holds_alternative<Request>(request)) << std::get<std::string>(request);
+    EXPECT_EQ(to_string(std::get<Request>(request)), fmt::format("{}", fmt::join(words, " ")));
+  }
+  EXPECT_EQ(
+      std::get<Request>(read({"workspace", "wall", "0", "0", "1", "0", "--parts", "elbow,links"})).parts,
+      4u + 8u + 16u + 32u);
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"workspace", "wall"},
+                                             {"workspace", "wall", "0", "0", "1"},
+                                             {"workspace", "wall", "0", "0", "1", "0", "1"},
+                                             {"workspace", "wall", "0", "0", "1", "0", "--within"},
+                                             {"workspace", "wall", "0", "0", "1", "0", "--remove"},
+                                             {"workspace", "wall", "--reset"},
+                                             {"workspace", "--remove"},
+                                             {"workspace", "--remove", "--reset"},
+                                             {"workspace", "--parts", "tool"},
+                                             {"workspace", "--within"}}) {
+    const auto fault = read(words);
+    ASSERT_TRUE(std::holds_alternative<std::string>(fault)) << fmt::format("{}", fmt::join(words, " "));
+    EXPECT_THAT(std::get<std::string>(fault), HasSubstr("NAME NX NY NZ OFFSET for a plane"));
+  }
+  for (const std::string parts : {"", "tool,", "hand", "tool, wrist"})
+    EXPECT_THAT(std::get<std::string>(read({"workspace", "a", "0", "0", "1", "0", "--parts", parts})),
+                HasSubstr("must be of tool, wrist, elbow and links"));
 }
 
 TEST(Program, WritesWhatItReads) {
