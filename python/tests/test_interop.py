@@ -89,6 +89,7 @@ CALLS: dict[str, Callable[..., Any]] = {
     "SetToolOrientation": corbot.Arm.set_tool_orientation,
     "ResetToolOrientation": lambda arm: arm.set_tool_orientation(None),
     "ResetSoftLimits": corbot.Arm.reset_limits,
+    "ResetWorkspace": corbot.Arm.reset_workspace,
     "SetToolFrame": lambda arm, pose: arm.set_frames(tool=pose),
     "SetBaseFrame": lambda arm, pose: arm.set_frames(base=pose),
     "ResetFrames": corbot.Arm.reset_frames,
@@ -102,6 +103,7 @@ READS: dict[str, Callable[[corbot.Arm], Any]] = {
     "SoftLimits": lambda arm: [
         {"lower": joint.soft_lower, "upper": joint.soft_upper} for joint in arm.limits
     ],
+    "Workspace": lambda arm: arm.workspace,
     "ArtiCoord": lambda arm: arm.state.joints,
     "Status": lambda arm: arm.state.status,
     "OverridePercent": lambda arm: arm.state.override,

@@ -234,7 +234,9 @@ const std::map<std::string, Call>& calls() {
                                                   CALL(Solution),
                                                   CALL(SetSoftLimits),
                                                   CALL(ResetSoftLimits),
-                                                  CALL(SoftLimits)};
+                                                  CALL(SoftLimits),
+                                                  CALL(ResetWorkspace),
+                                                  CALL(Workspace)};
   return kCalls;
 }
 #undef CALL

@@ -68,6 +68,7 @@ inline std::string text(const Corbot::GripperInfo& info);
 inline std::string text(const Corbot::JointInfo& joint);
 inline std::string text(const Corbot::PoseSolution& solution);
 inline std::string text(const Corbot::PlanStretch& stretch);
+inline std::string text(const Corbot::WorkspaceShape& shape);
 inline std::string text(const Corbot::PlanPart& part);
 inline std::string text(const Corbot::DeviceInfo& info);
 inline std::string text(const Corbot::ControlInfo& info);
@@ -180,6 +181,21 @@ inline std::string text(const Corbot::PlanPart& part) {
 
 inline std::string text(const Corbot::PlanInfo& plan) {
   return members(std::pair("start", plan.start), std::pair("end", plan.end), std::pair("parts", plan.parts));
+}
+
+inline std::string text(Corbot::ShapeKind value) {
+  static constexpr const char* kNames[] = {"ShapePlane", "ShapeInside", "ShapeOutside"};
+  return kNames[value];
+}
+inline std::string text(const Corbot::WorkspaceShape& shape) {
+  return members(std::pair("name", (const char*)shape.name), std::pair("kind", shape.kind),
+                 std::pair("parts", shape.parts), std::pair("normal", shape.normal),
+                 std::pair("offset", shape.offset), std::pair("least", shape.least),
+                 std::pair("greatest", shape.greatest));
+}
+inline std::string text(const Corbot::WorkspaceInfo& info) {
+  return members(std::pair("profile", info.profile), std::pair("further", info.further),
+                 std::pair("known", bool{info.known}));
 }
 
 inline std::string text(const Corbot::ArmState& state) {
