@@ -36,6 +36,21 @@ Vector3d Place::slot_position(int slot) const {
   return frame.to_world({local.x(), local.y(), 0});
 }
 
+bool Place::slot_takes(int slot, const std::string& kind) const {
+  return row_kinds.empty() || row_kinds[static_cast<std::size_t>(slot / slots->columns)] == kind;
+}
+
+bool Place::takes_at(const Vector3d& point, const std::string& kind) const {
+  if (!slots) return true;
+  const double from_edge_m = frame.to_local(point).y() + half_size_m().y();
+  const int row = std::clamp(static_cast<int>(from_edge_m / slots->pitch_m.y()), 0, slots->rows - 1);
+  return slot_takes(row * slots->columns, kind);
+}
+
+bool Place::takes(const std::string& kind) const {
+  return row_kinds.empty() || std::find(row_kinds.begin(), row_kinds.end(), kind) != row_kinds.end();
+}
+
 Vector2d Place::half_size_m() const {
   if (size_m) return *size_m / 2;
   return Vector2d(slots->columns, slots->rows).cwiseProduct(slots->pitch_m) / 2;

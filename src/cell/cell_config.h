@@ -38,7 +38,15 @@ struct Place {
   UprightFrame frame;                     ///< origin: middle of the place, on the surface
   std::optional<Eigen::Vector2d> size_m;  ///< size of an area
   std::optional<SlotGrid> slots;
-  bool is_shared{false};  ///< several robots may use it; its zone admits one at a time
+  bool is_shared{false};                 ///< several robots may use it; its zone admits one at a time
+  std::vector<std::string> row_kinds{};  ///< kind of each row of slots; empty: all rows take every kind
+
+  /// Tells if a piece of a kind may be brought to the slot.
+  [[nodiscard]] bool slot_takes(int slot, const std::string& kind) const;
+  /// Tells if a piece of a kind may stand at a point over the place.
+  [[nodiscard]] bool takes_at(const Eigen::Vector3d& point, const std::string& kind) const;
+  /// Tells if a slot takes pieces of a kind. An area takes every kind.
+  [[nodiscard]] bool takes(const std::string& kind) const;
 
   /// Returns the middle of a slot on the surface.
   [[nodiscard]] Eigen::Vector3d slot_position(int slot) const;

@@ -96,6 +96,20 @@ bool shows(const CameraModel& camera, const Place& place, const Kind& kind) {
   return true;
 }
 
+std::string place_that_keeps(const CellConfig& cell, const Kind& kind) {
+  for (const Place& place : cell.places) {
+    const auto takes = [&](const CellRobot& robot) { return robot.from == place.name; };
+    const auto brings = [&](const CellRobot& robot) {
+      return takes(robot) && cell.place(robot.to)->takes(kind.name);
+    };
+    const auto& robots = cell.robots;
+    if (place.takes(kind.name) && std::any_of(robots.begin(), robots.end(), takes) &&
+        std::none_of(robots.begin(), robots.end(), brings))
+      return place.name;
+  }
+  return "";
+}
+
 std::string unseen_places(const CellConfig& cell) {
   std::string names;
   for (const Place& place : cell.places) {

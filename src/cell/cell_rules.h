@@ -23,6 +23,10 @@ inline constexpr const char* kReferenceRule = "must begin with corbaloc:, corban
 /// Tells if a hue belongs to both kinds.
 [[nodiscard]] bool share_hue(const Kind& a, const Kind& b);
 
+/// Returns a place from which robots take, but none of them brings pieces of the kind to a row for it. Empty:
+/// there is no such place.
+[[nodiscard]] std::string place_that_keeps(const CellConfig& cell, const Kind& kind);
+
 /// Tells if the path is a file name without a directory.
 [[nodiscard]] bool is_plain_file_name(const std::filesystem::path& name);
 

@@ -125,6 +125,7 @@ class Reader {
       tallest_m_ = std::max(tallest_m_, kind.height_m);
       widest_m_ = std::max(widest_m_, kind.diameter_m);
       section.finish();
+      kind_lines_.push_back(section.line_of("name"));
       cell_.kinds.push_back(kind);
     }
   }
@@ -142,10 +143,11 @@ class Reader {
       if (section.has("size_m") == has_slots) {
         section.refuse(section.has("size_m") ? "size_m" : "name",
                        "needs either size_m, for an area, or columns, rows and pitch_m, for slots");
-        for (const char* key : {"size_m", "columns", "rows", "pitch_m"}) section.skip(key);
+        for (const char* key : {"size_m", "columns", "rows", "pitch_m", "row_kinds"}) section.skip(key);
         place.size_m = Vector2d(0.1, 0.1);
       } else if (has_slots) {
         place.slots = read_slots(section);
+        if (section.has("row_kinds")) read_row_kinds(section, place);
       } else {
         place.size_m = vector2(section, "size_m", {0.01, 10, false, "m"});
       }
@@ -170,6 +172,19 @@ class Reader {
     if (grid.columns * grid.rows > kMostSlots)
       section.refuse("rows", fmt::format("at most {} slots", kMostSlots));
     return grid;
+  }
+
+  void read_row_kinds(Section& section, Place& place) {
+    const auto kinds = section.texts("row_kinds", kMostSlots);
+    if (!kinds) return;
+    if (kinds->size() != static_cast<std::size_t>(place.slots->rows))
+      return section.refuse("row_kinds", fmt::format("has {} names: must have one for each of the {} rows",
+                                                     kinds->size(), place.slots->rows));
+    for (const std::string& kind : *kinds)
+      if (cell_.kind(kind) == nullptr)
+        return section.refuse("row_kinds",
+                              fmt::format("must have kinds of this file: {} is none", shown_text(kind)));
+    place.row_kinds = *kinds;
   }
 
   void read_robots(std::vector<Section> sections) {
@@ -347,6 +362,11 @@ class Reader {
 
   /// Checks the rules that need a description without other faults.
   void check_world() {
+    for (std::size_t i = 0; i < cell_.kinds.size(); ++i)
+      if (const std::string place = place_that_keeps(cell_, cell_.kinds[i]); !place.empty())
+        faults_.add(kind_lines_[i], fmt::format("kind[{}].name", i),
+                    fmt::format("\"{}\"", cell_.kinds[i].name),
+                    fmt::format("no robot brings this kind from {} on: name it in row_kinds", place));
     if (cell_.camera_reference.empty()) {
       if (const std::string names = unseen_places(cell_); !names.empty())
         faults_.add(calibration_line_, "camera.calibration", "",
@@ -394,6 +414,7 @@ class Reader {
   CellOverrides overrides_;
   FaultList faults_;
   CellConfig cell_;
+  std::vector<std::uint32_t> kind_lines_;
   std::uint32_t ports_line_{0};
   std::uint32_t calibration_line_{0};
   std::uint32_t pieces_line_{0};

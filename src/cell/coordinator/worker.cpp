@@ -448,7 +448,7 @@ Transfer Worker::find() {
     } catch (const Corbot::Empty&) {
       cause = from_.name + (left_out_.empty() ? " is empty" : " has no piece within reach");
     } catch (const Corbot::Full&) {
-      cause = to_.name + " is full";
+      cause = to_.name + (to_.row_kinds.empty() ? " is full" : " is full for the kinds of the pieces here");
     }
     leave();
     wait_for(Activity::kWaitingForPiece, cause, from_.slots ? 0 : kLookAgain_s);

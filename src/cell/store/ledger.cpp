@@ -222,12 +222,15 @@ Corbot::TransferInfo Ledger::reserve(Corbot::ClaimToken token, const std::string
 void Ledger::begin_transfer(const std::string& robot, const Place& from, const Place& to,
                             const Corbot::Sightings& seen) {
   const Eigen::Vector3d base = cell_.robot(robot)->frame.position_m;
-  const auto piece = from.slots ? nearest_piece(tables_.pieces_at(from.name), base)
-                                : first_untaken(cell_, from, seen, tables_.spots_in(from.name));
-  if (!piece) throw Corbot::Empty(from.name.c_str());
-  const auto slot = farthest_slot(to, tables_.slots_taken(to.name), base);
-  if (!slot) throw Corbot::Full(to.name.c_str(), static_cast<CORBA::ULong>(to.slots->count()));
-  tables_.insert_transfer(robot, *piece, from.name, to.name, *slot);
+  const std::set<int> taken = tables_.slots_taken(to.name);
+  std::vector<Candidate> pieces =
+      from.slots ? tables_.pieces_at(from.name) : untaken(cell_, from, seen, tables_.spots_in(from.name));
+  std::erase_if(pieces, [&](const Candidate& piece) { return !to.takes(piece.kind); });
+  if (pieces.empty()) throw Corbot::Empty(from.name.c_str());
+  std::erase_if(pieces, [&](const Candidate& piece) { return !farthest_slot(to, taken, piece.kind, base); });
+  if (pieces.empty()) throw Corbot::Full(to.name.c_str(), static_cast<CORBA::ULong>(to.slots->count()));
+  const Candidate piece = from.slots ? *nearest_piece(pieces, base) : pieces.front();
+  tables_.insert_transfer(robot, piece, from.name, to.name, *farthest_slot(to, taken, piece.kind, base));
 }
 
 void Ledger::advance(Corbot::ClaimToken token, Corbot::PieceNumber piece, TransferStep step,

@@ -24,18 +24,20 @@ std::optional<Candidate> nearest_piece(const std::vector<Candidate>& candidates,
   return chosen == nullptr ? std::nullopt : std::optional(*chosen);
 }
 
-std::optional<int> farthest_slot(const Place& place, const std::set<int>& taken, const Vector3d& robot) {
+std::optional<int> farthest_slot(const Place& place, const std::set<int>& taken, const std::string& kind,
+                                 const Vector3d& robot) {
+  const auto is_free = [&](int slot) { return taken.count(slot) == 0 && place.slot_takes(slot, kind); };
   double most = -1;
   for (int slot = 0; slot < place.slots->count(); ++slot)
-    if (taken.count(slot) == 0) most = std::max(most, distance(place.slot_position(slot), robot));
+    if (is_free(slot)) most = std::max(most, distance(place.slot_position(slot), robot));
   for (int slot = 0; slot < place.slots->count(); ++slot)
-    if (taken.count(slot) == 0 && distance(place.slot_position(slot), robot) >= most - kEqualDistance_m)
-      return slot;
+    if (is_free(slot) && distance(place.slot_position(slot), robot) >= most - kEqualDistance_m) return slot;
   return std::nullopt;
 }
 
-std::optional<Candidate> first_untaken(const CellConfig& cell, const Place& area,
-                                       const Corbot::Sightings& seen, const std::vector<Vector3d>& taken) {
+std::vector<Candidate> untaken(const CellConfig& cell, const Place& area, const Corbot::Sightings& seen,
+                               const std::vector<Vector3d>& taken) {
+  std::vector<Candidate> found;
   for (CORBA::ULong i = 0; i < seen.length(); ++i) {
     const Corbot::Sighting& each = seen[i];
     const Vector3d position(each.position.x, each.position.y, each.position.z);
@@ -43,9 +45,9 @@ std::optional<Candidate> first_untaken(const CellConfig& cell, const Place& area
     if (kind == nullptr || !area.carries(position)) continue;
     const auto is_it = [&](const Vector3d& spot) { return distance(spot, position) < kind->diameter_m / 2; };
     if (std::any_of(taken.begin(), taken.end(), is_it)) continue;
-    return Candidate{0, kind->name, std::nullopt, position, each.yaw, 0};
+    found.push_back({0, kind->name, std::nullopt, position, each.yaw, 0});
   }
-  return std::nullopt;
+  return found;
 }
 
 }  // namespace corbot::cell

@@ -32,14 +32,16 @@ inline constexpr double kEqualDistance_m = 0.02;
 [[nodiscard]] std::optional<Candidate> nearest_piece(const std::vector<Candidate>& candidates,
                                                      const Eigen::Vector3d& robot);
 
-/// Returns the free slot farthest from a robot. Among equal distances it returns the lowest.
+/// Returns the free slot for a kind that is farthest from a robot. Among equal distances it returns the
+/// lowest.
 [[nodiscard]] std::optional<int> farthest_slot(const Place& place, const std::set<int>& taken,
-                                               const Eigen::Vector3d& robot);
+                                               const std::string& kind, const Eigen::Vector3d& robot);
 
-/// Returns the first sighting on an area of a known kind that is not the piece at one of the spots `taken`. A
-/// sighting within the kind's radius of a spot is the same piece: two pieces cannot stand so close.
-[[nodiscard]] std::optional<Candidate> first_untaken(const CellConfig& cell, const Place& area,
-                                                     const Corbot::Sightings& seen,
-                                                     const std::vector<Eigen::Vector3d>& taken);
+/// Returns the sightings on an area of known kinds that are not the piece at one of the spots `taken`, in
+/// their order. A sighting within the kind's radius of a spot is the same piece: two pieces cannot stand so
+/// close.
+[[nodiscard]] std::vector<Candidate> untaken(const CellConfig& cell, const Place& area,
+                                             const Corbot::Sightings& seen,
+                                             const std::vector<Eigen::Vector3d>& taken);
 
 }  // namespace corbot::cell

@@ -43,13 +43,14 @@ struct Spot {
   Vector3d foot_m;
 };
 
-/// Returns every slot. For an area returns the outermost spots at which a whole piece fits, those halfway,
-/// and the middle.
+/// Returns every slot for the kind. For an area returns the outermost spots at which a whole piece fits,
+/// those halfway, and the middle.
 std::vector<Spot> spots_of(const Place& place, const Kind& kind) {
   std::vector<Spot> spots;
   if (place.slots) {
     for (int slot = 0; slot < place.slots->count(); ++slot)
-      spots.push_back({fmt::format("slot {}", slot), place.slot_position(slot)});
+      if (place.slot_takes(slot, kind.name))
+        spots.push_back({fmt::format("slot {}", slot), place.slot_position(slot)});
     return spots;
   }
   const Eigen::Vector2d half = (place.half_size_m().array() - kind.diameter_m / 2).max(0);

@@ -22,6 +22,7 @@ namespace {
 
 constexpr CORBA::ULong kCall_ms = 5000;
 constexpr CORBA::ULong kName_ms = 1000;
+constexpr const char* kWrongRow = "in a row for another kind";
 constexpr std::chrono::seconds kRetryFor{10};  // a program that died is restarted meanwhile
 
 template <class Interface>
@@ -279,7 +280,8 @@ CellEnd CellClient::read_end() {
     const Corbot::Point& p = frame->pieces[i].position;
     std::string where;
     for (const cell::Place& place : cell_.places) {
-      if (place.covers({p.x, p.y, p.z})) where = place.name;
+      if (place.covers({p.x, p.y, p.z}))
+        where = place.takes_at({p.x, p.y, p.z}, frame->pieces[i].kind.in()) ? place.name : kWrongRow;
     }
     ++end.seen[where];
   }

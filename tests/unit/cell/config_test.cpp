@@ -128,6 +128,13 @@ const Case kCases[] = {
      "either size_m"},
     {"neither", ", size_m = [0.165, 0.110]", "", "place[0].name", "either size_m"},
     {"pitch", "pitch_m = [0.045, 0.042]", "pitch_m = [0.045, 0.03]", "place[2].pitch_m[1]", "0.04 to 1 m"},
+    {"row_kinds_count", "pitch_m = [0.045, 0.042]", "pitch_m = [0.045, 0.042], row_kinds = [\"red\"]",
+     "place[2].row_kinds", "one for each of the 3 rows"},
+    {"row_kinds_unknown", "pitch_m = [0.045, 0.042]",
+     "pitch_m = [0.045, 0.042], row_kinds = [\"red\", \"red\", \"green\"]", "place[2].row_kinds",
+     "green is none"},
+    {"row_kinds_of_an_area", "size_m = [0.165, 0.110]", "size_m = [0.165, 0.110], row_kinds = [\"red\"]",
+     "place[0].row_kinds", "unknown"},
     {"zone_missing", "from = \"store1\"", "from = \"pallet1\"", "robot[1].from", "shared = true"},
     {"from_unknown", "from = \"pallet1\"", "from = \"palet1\"", "robot[0].from", "pallet1, store1, pallet2"},
     {"from_is_to", "from = \"store1\"", "from = \"pallet2\"", "robot[1].to", "another place than from"},
@@ -201,6 +208,34 @@ const Case kCases[] = {
 };
 INSTANTIATE_TEST_SUITE_P(All, CellRefused, testing::ValuesIn(kCases),
                          [](const auto& each) { return each.param.name; });
+
+TEST(CellConfigTest, ARowTakesItsKindAndAKindWithoutARowIsRefused) {
+  CellFiles files;
+  const std::uint32_t line =
+      files.edit("cell.toml", "]\n\nstore = ", kAnotherKind + "[290, 320] }]\n\nstore = ");
+  files.edit("cell.toml", "0.042]", "0.042], row_kinds = [\"red\", \"pink\", \"red\"]");
+  const CellConfig cell = files.load();
+  const Place& pallet2 = *cell.place("pallet2");
+  std::vector<int> slots;
+  for (int slot = 0; slot < pallet2.slots->count(); ++slot) {
+    if (pallet2.slot_takes(slot, "pink")) slots.push_back(slot);
+    for (const char* kind : {"red", "pink"})
+      EXPECT_EQ(pallet2.takes_at(pallet2.slot_position(slot) + Eigen::Vector3d(0.015, -0.015, 0), kind),
+                pallet2.slot_takes(slot, kind))
+          << slot;
+  }
+  EXPECT_THAT(slots, testing::ElementsAre(4, 5, 6, 7));
+  EXPECT_TRUE(cell.place("store1")->takes("pink")) << "without row_kinds";
+  EXPECT_FALSE(pallet2.takes("green"));
+
+  files.edit("cell.toml", "\"pink\", \"red\"]", "\"red\", \"red\"]");
+  const auto faults = files.faults();
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].key, "kind[1].name");
+  EXPECT_EQ(faults[0].value, "\"pink\"");
+  EXPECT_EQ(faults[0].line, line);
+  EXPECT_THAT(faults[0].allowed, HasSubstr("no robot brings this kind from store1 on"));
+}
 
 TEST(CellConfigTest, AllFaultsAreReportedTogether) {
   CellFiles files;

@@ -187,6 +187,47 @@ TEST_F(LedgerReserve, TheNearestPieceGoesToTheFarthestSlotAndEmptyComesBeforeFul
   EXPECT_EQ(ledger_.reserve(tokens_["robot2"], "store1", "pallet2", {}, 0).source.slot, 0) << "the oldest";
 }
 
+TEST_F(LedgerReserve, EachKindGoesToItsRowAndAFullRowHoldsUpNoOtherKind) {
+  CellConfig cell = cell_;
+  cell.ledger = directory_ / "kinds.db";
+  cell.kinds.push_back(cell.kinds[0]);
+  cell.kinds[1].name = "blue";
+  cell.places[2].slots = SlotGrid{1, 2, {0.045, 0.042}};
+  cell.places[2].row_kinds = {"blue", "red"};
+  Ledger ledger(cell, ZoneCheck::kOff);
+  for (const char* robot : {"robot1", "robot2"}) tokens_[robot] = ledger.claim(robot, "test", 0);
+  const auto bring = [&](const std::string& robot, const char* to, const Sightings& seen) {
+    const auto moved = ledger.reserve(tokens_[robot], robot == "robot1" ? "pallet1" : "store1", to, seen, 0);
+    for (const Step step : kToPlaced) ledger.advance(tokens_[robot], moved.piece, step, "");
+    return fmt::format("{} {}", moved.kind.in(), moved.target.slot);
+  };
+  for (const char* kind : {"red", "red", "blue"})
+    (void)bring("robot1", "store1", sightings({seen_[0].position}, kind));
+  EXPECT_EQ(bring("robot2", "pallet2", {}), "red 1");
+  EXPECT_EQ(bring("robot2", "pallet2", {}), "blue 0") << "the red piece is older, but its row is full";
+  EXPECT_THROW((void)bring("robot2", "pallet2", {}), Full);
+  ledger.exchange("pallet2", "test");
+  EXPECT_EQ(bring("robot2", "pallet2", {}), "red 1");
+  EXPECT_THROW((void)bring("robot2", "pallet2", {}), Empty);
+  Sightings both = seen_;
+  both[1].kind = "blue";
+  EXPECT_EQ(bring("robot1", "pallet2", both), "blue 0") << "from an area, past the red piece";
+  EXPECT_THROW((void)bring("robot1", "pallet2", seen_), Full);
+}
+
+TEST_F(LedgerReserve, AKindThatNoRowOfTheTargetTakesStays) {
+  CellConfig cell = cell_;
+  cell.ledger = directory_ / "kinds.db";
+  cell.kinds.push_back(cell.kinds[0]);
+  cell.kinds[1].name = "blue";
+  cell.places[1].row_kinds = {"red", "red", "red", "red"};
+  Ledger ledger(cell, ZoneCheck::kOff);
+  const ClaimToken token = ledger.claim("robot1", "test", 0);
+  const Sightings blue = sightings({seen_[0].position}, "blue");
+  EXPECT_THROW((void)ledger.reserve(token, "pallet1", "store1", blue, 0), Empty);
+  EXPECT_STREQ(ledger.reserve(token, "pallet1", "pallet2", blue, 0).kind.in(), "blue");
+}
+
 TEST(LedgerSelection, DistancesWithin20mmAreEqual) {
   const auto chosen = [](double second_m) {
     return nearest_piece({{1, "red", 0, {0.1, 0, 0}, 0, 7}, {2, "red", 1, {second_m, 0, 0}, 0, 3}}, {0, 0, 0})
@@ -195,9 +236,9 @@ TEST(LedgerSelection, DistancesWithin20mmAreEqual) {
   EXPECT_EQ(chosen(0.119), 2);
   EXPECT_EQ(chosen(0.121), 1);
   const Place row{"row", {}, {}, SlotGrid{4, 1, {0.05, 0.05}}, false};
-  EXPECT_EQ(farthest_slot(row, {}, {-1, 0, 0}), 3);
-  EXPECT_EQ(farthest_slot(row, {3}, {-1, 0, 0}), 2);
-  EXPECT_EQ(farthest_slot(row, {0, 1, 2, 3}, {-1, 0, 0}), std::nullopt);
+  EXPECT_EQ(farthest_slot(row, {}, "red", {-1, 0, 0}), 3);
+  EXPECT_EQ(farthest_slot(row, {3}, "red", {-1, 0, 0}), 2);
+  EXPECT_EQ(farthest_slot(row, {0, 1, 2, 3}, "red", {-1, 0, 0}), std::nullopt);
 }
 
 using LedgerZones = LedgerFixture;
