@@ -123,6 +123,13 @@ class CellRun : public testing::Test {
     edit("name = \"robot2\", profile = \"arm.toml\", position_m = [0.48, 0, 0], yaw_deg = 225",
          "name = \"robot2\", profile = \"scara.toml\", position_m = [0.48, 0, 0], yaw_deg = 180");
   }
+  /// Adds a second kind of pieces. The first row of pallet2 takes red ones, the others take blue ones.
+  void mix_kinds() {
+    edit("]\n\nstore = ",
+         "  { name = \"blue\", hue_deg = [220, 250], label_m = 0.014, diameter_m = 0.018, height_m = 0.040, "
+         "grasp_m = 0.028 } ]\n\nstore = ");
+    edit("pitch_m = [0.045, 0.042]", "pitch_m = [0.045, 0.042], row_kinds = [\"red\", \"blue\", \"blue\"]");
+  }
   /// Starts the robot of examples/java in the place of robot 2. Returns "", or why it is not built.
   [[nodiscard]] std::string put_java_robot() {
     if (std::string why = build_java_robot(); !why.empty()) return why;
@@ -234,6 +241,17 @@ TEST_F(CellRun, AScaraTakesThePlaceOfRobot2) {
   EXPECT_EQ(check.code, 0) << check.output << check.errors;
   expect_all_brought(cell_run({"--pieces", "4"}), 4);
   EXPECT_THAT(text_of("scene.record"), HasSubstr("[0.48,0.0,0.16]")) << "its links are above the table";
+}
+
+TEST_F(CellRun, OfTwoKindsEachComesToItsRows) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  mix_kinds();
+  expect_all_brought(cell_run({"--pieces", "4"}), 4);
+  edit("\"blue\", \"blue\"]", "\"red\", \"red\"]");
+  const RunResult check = run(
+      {CORBOT_BIN_DIR "/corbot", "cell", "check", (directory_ / "cell.toml").string()}, 60, environment());
+  EXPECT_EQ(check.code, 2) << check.output;
+  EXPECT_THAT(check.errors, HasSubstr("kind[1].name = \"blue\""));
 }
 
 TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
@@ -516,6 +534,21 @@ TEST_F(CellUp, GoesOnAfterAnyProcessWasKilled) {
   ASSERT_TRUE(reaches("; 4 pieces on pallet2\n")) << status();
   EXPECT_THAT(status(), HasSubstr("no person is needed"));
   expect_down_with(cell, 4);
+}
+
+TEST_F(CellUp, EachKindComesToItsRowsAlsoAfterKillsOfTheCoordinator) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  mix_kinds();
+  Process cell = up(4);
+  ASSERT_TRUE(kills(of_cell("corbot-coordinator")));
+  ASSERT_TRUE(wait_event(cell, "robot2 piece")) << cell.output();
+  ASSERT_TRUE(kills(of_cell("corbot-coordinator")));
+  ASSERT_TRUE(reaches("; 4 pieces on pallet2\n")) << status();
+  EXPECT_THAT(status(), HasSubstr("no person is needed"));
+  expect_down_with(cell, 4);
+  const std::string at = "SELECT COUNT(*) FROM piece WHERE place = 'pallet2' AND state = 'stands' AND ";
+  EXPECT_EQ(events((at + "kind = 'red' AND slot < 4").c_str()), 2);
+  EXPECT_EQ(events((at + "kind = 'blue' AND slot >= 4").c_str()), 2);
 }
 
 /// A cell whose robot 2 is the robot of examples/java. A person starts that robot again.
