@@ -448,7 +448,8 @@ Transfer Worker::find() {
     } catch (const Corbot::Empty&) {
       cause = from_.name + (left_out_.empty() ? " is empty" : " has no piece within reach");
     } catch (const Corbot::Full&) {
-      cause = to_.name + (to_.row_kinds.empty() ? " is full" : " is full for the kinds of the pieces here");
+      cause = to_.name + " is full";
+      if (!to_.row_kinds.empty()) cause += " for the kinds of the pieces at " + from_.name;
     }
     leave();
     wait_for(Activity::kWaitingForPiece, cause, from_.slots ? 0 : kLookAgain_s);

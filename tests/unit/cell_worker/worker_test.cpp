@@ -389,6 +389,22 @@ TEST_P(WorkerTest, WaitsAreReportedOnceAndEnd) {
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, AWaitForARowSaysThatThePlaceIsFullForTheseKinds) {
+  cell::CellConfig config = config_;
+  for (cell::Place& place : config.places)
+    if (place.slots) place.row_kinds.assign(static_cast<std::size_t>(place.slots->rows), "red");
+  FakeCell world(config, GetParam());
+  add_piece(world, 0);
+  for (int i = 0; i < config.place(to())->slots->count(); ++i) world.add_to_slot(to(), i);
+  world.on_reserve = [&](int number) {
+    if (number == 2) world.pieces[1].foot = {8, 8, 8};
+  };
+  run(config, world, GetParam());
+  EXPECT_EQ(world.count_reports("waits: " + to() + " is full for the kinds of the pieces at " + from()), 1);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
 TEST_P(WorkerTest, NothingMovesAfterAStopAtAnyCommand) {
   for (const bool is_arm : {true, false}) {
     int commands = 0;
