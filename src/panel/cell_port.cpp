@@ -88,6 +88,7 @@ json data_of(const Corbot::PieceEvent& event) {
   return {{"number", event.number},
           {"time_s", event.time},
           {"piece", event.piece},
+          {"kind", printable(event.kind.in())},
           {"robot", printable(event.robot.in())},
           {"step", word_of(event.step)},
           {"place", printable(event.where.place.in())},
@@ -205,9 +206,6 @@ void CellPort::read_store(json& state) {
   state["places"] = list_of(places.in());
   const Corbot::PieceEvents_var unclear = store_->Unclear();
   state["unclear"] = list_of(unclear.in());
-  const Corbot::TransferInfos_var transfers = store_->Transfers();
-  for (CORBA::ULong i = 0; i < transfers->length(); ++i)
-    kinds_[transfers.in()[i].piece] = printable(transfers.in()[i].kind.in());
   for (;;) {
     const Corbot::PieceEvents_var events = store_->History(0, last_event_);
     if (events->length() == 0) break;
@@ -234,13 +232,7 @@ void CellPort::take(const Corbot::PieceEvent& event) {
 
 json CellPort::pieces() const {
   json list = json::array();
-  for (const auto& [number, piece] : pieces_) {
-    list.push_back(piece);
-    const auto kind = kinds_.find(number);
-    list.back()["kind"] = kind != kinds_.end()      ? kind->second
-                          : cell_.kinds.size() == 1 ? cell_.kinds.front().name
-                                                    : "";
-  }
+  for (const auto& [number, piece] : pieces_) list.push_back(piece);
   return list;
 }
 

@@ -48,7 +48,6 @@ class CellPort : public Port {
   CORBA::ULongLong last_event_{0};
   std::deque<nlohmann::json> events_;
   std::map<CORBA::ULongLong, nlohmann::json> pieces_;
-  std::map<CORBA::ULongLong, std::string> kinds_;  // of the pieces, as far as a transfer showed them
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

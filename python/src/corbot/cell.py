@@ -77,6 +77,7 @@ class PieceEvent:
     number: int
     time: float
     piece: int
+    kind: str
     robot: str
     step: Step
     where: Spot
@@ -290,7 +291,14 @@ def _event_of(event: Any) -> PieceEvent:
     position = Point(where.position.x, where.position.y, where.position.z)
     spot = Spot(where.place, where.slot if where.slot >= 0 else None, position, where.yaw)
     return PieceEvent(
-        event.number, event.time, event.piece, event.robot, Step(str(event.step)), spot, event.note
+        event.number,
+        event.time,
+        event.piece,
+        event.kind,
+        event.robot,
+        Step(str(event.step)),
+        spot,
+        event.note,
     )
 
 

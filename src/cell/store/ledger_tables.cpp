@@ -16,6 +16,11 @@ using Eigen::Vector3d;
 constexpr std::array<std::string_view, 8> kStepNames{"reserved", "picking",   "held",    "placing",
                                                      "placed",   "withdrawn", "unclear", "gone"};
 
+/// The columns of events_in().
+const std::string kSelectEvents =
+    "SELECT e.number, time, e.piece, COALESCE(kind, ''), e.robot, step, note, e.place, e.slot, e.x, e.y,"
+    " e.z, e.yaw FROM event e LEFT JOIN piece p ON p.cell = e.cell AND p.number = e.piece";
+
 TransferStep step_named(const std::string& name) {
   const auto found = std::find(kStepNames.begin(), kStepNames.end(), name);
   if (found == kStepNames.end()) throw DatabaseError("the ledger has an unknown step '" + name + "'");
@@ -305,17 +310,18 @@ std::map<std::string, CORBA::ULong> LedgerTables::reserved() {
 
 Corbot::PieceEvents LedgerTables::events(std::int64_t piece, std::int64_t after, int most) {
   Statement row(database_,
-                "SELECT number, time, piece, robot, step, note, place, slot, x, y, z, yaw FROM event"
-                " WHERE cell = $1 AND number > $2 AND ($3 = 0 OR piece = $3) ORDER BY number LIMIT $4",
+                (kSelectEvents + " WHERE e.cell = $1 AND e.number > $2 AND ($3 = 0 OR e.piece = $3)"
+                                 " ORDER BY e.number LIMIT $4")
+                    .c_str(),
                 cell_.name, after, piece, most);
   return events_in(row);
 }
 
 Corbot::PieceEvents LedgerTables::unclear(int most) {
   Statement row(database_,
-                "SELECT number, time, piece, robot, step, note, place, slot, x, y, z, yaw FROM event e"
-                " WHERE cell = $1 AND number = (SELECT arrived FROM piece p WHERE p.cell = e.cell"
-                " AND p.number = e.piece AND p.state = 'unclear') ORDER BY number LIMIT $2",
+                (kSelectEvents + " WHERE e.cell = $1 AND e.number = p.arrived AND p.state = 'unclear'"
+                                 " ORDER BY e.number LIMIT $2")
+                    .c_str(),
                 cell_.name, most);
   return events_in(row);
 }
@@ -327,10 +333,11 @@ Corbot::PieceEvents LedgerTables::events_in(Statement& row) {
     event.number = static_cast<CORBA::ULongLong>(row.integer(0));
     event.time = row.number(1);
     event.piece = static_cast<Corbot::PieceNumber>(row.integer(2));
-    event.robot = row.text(3).c_str();
-    event.step = step_named(row.text(4));
-    event.note = row.text(5).c_str();
-    event.where = spot_in(row, 6);
+    event.kind = row.text(3).c_str();
+    event.robot = row.text(4).c_str();
+    event.step = step_named(row.text(5));
+    event.note = row.text(6).c_str();
+    event.where = spot_in(row, 7);
   }
   return all;
 }

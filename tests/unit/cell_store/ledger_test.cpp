@@ -8,6 +8,7 @@
 #include <functional>
 #include <future>
 #include <limits>
+#include <set>
 #include <thread>
 
 #include "ledger_fixture.h"
@@ -201,6 +202,12 @@ TEST_F(LedgerReserve, EachKindGoesToItsRowAndAFullRowHoldsUpNoOtherKind) {
     for (const Step step : kToPlaced) ledger.advance(tokens_[robot], moved.piece, step, "");
     return fmt::format("{} {}", moved.kind.in(), moved.target.slot);
   };
+  const auto kinds_of = [&](PieceNumber piece) {
+    std::set<std::string> kinds;
+    const PieceEvents events = ledger.history(piece, 0);
+    for (CORBA::ULong i = 0; i < events.length(); ++i) kinds.insert(events[i].kind.in());
+    return kinds;
+  };
   for (const char* kind : {"red", "red", "blue"})
     (void)bring("robot1", "store1", sightings({seen_[0].position}, kind));
   EXPECT_EQ(bring("robot2", "pallet2", {}), "red 1");
@@ -211,6 +218,8 @@ TEST_F(LedgerReserve, EachKindGoesToItsRowAndAFullRowHoldsUpNoOtherKind) {
   EXPECT_THROW((void)bring("robot2", "pallet2", {}), Empty);
   Sightings both = seen_;
   both[1].kind = "blue";
+  EXPECT_THAT(kinds_of(2), ::testing::ElementsAre("red")) << "each event names the kind";
+  EXPECT_THAT(kinds_of(3), ::testing::ElementsAre("blue"));
   EXPECT_EQ(bring("robot1", "pallet2", both), "blue 0") << "from an area, past the red piece";
   EXPECT_THROW((void)bring("robot1", "pallet2", seen_), Full);
 }
