@@ -11,6 +11,12 @@ const PIECE = 15; // a little larger than the piece, so that its number is reada
 
 type Point = [number, number];
 
+/// `holder` is empty if the zone is free, and undefined if the store does not reply.
+export const zoneText = (place: string, holder: string | undefined): string => {
+  if (holder === undefined) return T.zoneUnknown(place);
+  return holder ? T.zoneOf(place, holder) : T.zoneFree(place);
+};
+
 const toPoint = (position_m: number[]): Point =>
   [1000 * (position_m[0] ?? NaN), -1000 * (position_m[1] ?? NaN)];
 
@@ -44,10 +50,11 @@ export class CellDrawing {
 
   show(state: CellState): void {
     for (const [name, { area, label }] of this.zones) {
-      const holder = state.places.find((place) => place.name === name)?.holder ?? "";
+      const known = state.places.find((place) => place.name === name);
+      const holder = known?.holder ?? "";
       const index = this.cell.robots.findIndex((robot) => robot.name === holder);
       area.setAttribute("class", index < 0 ? "zone" : `zone held of-${index % 4}`);
-      label.textContent = holder ? T.zoneOf(name, holder) : T.zoneFree(name);
+      label.textContent = zoneText(name, known?.holder);
     }
     const others = state.seen.filter(({ position_m }) =>
       !state.pieces.some((piece) => isNear(piece.position_m, position_m)));

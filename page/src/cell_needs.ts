@@ -112,6 +112,8 @@ export class CellNeeds {
       restore();
       this.answer?.(`"${name}"`, order);
     });
+    // Enter that is held since the press on the choice confirms nothing.
+    confirm.addEventListener("keydown", (event) => event.repeat && event.preventDefault());
     part.replaceChildren(el("p", { class: "means" }, `${name}. ${means}`),
                          el("p", { class: "buttons" }, confirm, button(T.cancel, restore)));
     confirm.focus();

@@ -7,7 +7,7 @@ import { CellGantt } from "./cell_gantt.js";
 import { CellNeeds, needsOf } from "./cell_needs.js";
 import type { CellDescription, CellState } from "./cell_state.js";
 import { button, el, section, setText, timeOfDay } from "./dom.js";
-import { authorization } from "./stop.js";
+import { authorization, TIMEOUT_MS } from "./stop.js";
 import { T } from "./texts.js";
 
 const PICTURE_INTERVAL_MS = 1000;
@@ -23,6 +23,7 @@ export class CellView {
   private readonly picture = el("img", { alt: T.pictureAlt });
   private readonly noPicture = el("p", { class: "hint" }, T.noPicture);
   private readonly timer: number;
+  private isReading = false; // a picture is on its way
 
   /// `send` is null without the right to drive.
   constructor(private readonly cell: CellDescription, private readonly token: string,
@@ -82,9 +83,12 @@ export class CellView {
 
   /// The address of a picture with a token would stay in logs, so the picture comes by a request of its own.
   private async readPicture(): Promise<void> {
+    if (this.isReading) return; // a slow network must keep connections free for a Stop
+    this.isReading = true;
     try {
       const reply = await fetch(`/api/cells/${this.cell.cell}/picture`,
-                                { headers: authorization(this.token), cache: "no-store" });
+                                { headers: authorization(this.token), cache: "no-store",
+                                  signal: AbortSignal.timeout(TIMEOUT_MS) });
       this.picture.hidden = !reply.ok;
       this.noPicture.hidden = reply.ok;
       if (!reply.ok) return;
@@ -93,6 +97,8 @@ export class CellView {
       reader.readAsDataURL(await reply.blob());
     } catch {
       // The WebSocket reports a lost connection.
+    } finally {
+      this.isReading = false;
     }
   }
 }

@@ -34,6 +34,7 @@ export class Controls {
   private readonly sliderValue = el("output", { for: "override", class: "number" });
   private isSliding = false;
   private sent = 0;
+  private slides = 0; // overrides that were sent
   private arm: ArmState | null = null;
 
   constructor(private readonly send: Send) {
@@ -121,9 +122,9 @@ export class Controls {
       setText(this.sliderValue, `${this.slider.value} %`);
     });
     this.slider.addEventListener("change", () => {
-      const number = this.sent + 1;
+      const number = ++this.slides;
       void this.call(T.override, { do: "override", percent: Number(this.slider.value) }).then(() => {
-        if (number === this.sent) this.isSliding = false;
+        if (number === this.slides) this.isSliding = false;
       });
     });
     return el("div", { class: "slider" }, el("label", { for: "override" }, T.override), this.slider,

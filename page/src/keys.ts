@@ -10,8 +10,10 @@ interface Key {
 const NO_TEXT = new Set(["button", "checkbox", "file", "image", "radio", "range", "reset", "submit"]);
 
 export function isTextField(target: unknown): boolean {
-  const element = (target ?? {}) as { tagName?: string; type?: string; isContentEditable?: boolean };
+  const element = (target ?? {}) as
+    { tagName?: string; type?: string; inputMode?: string; isContentEditable?: boolean };
   if (element.isContentEditable === true || element.tagName === "TEXTAREA") return true;
+  if (element.inputMode === "decimal") return false; // a number has no space, and focus stays after a move
   return element.tagName === "INPUT" && !NO_TEXT.has(element.type ?? "text");
 }
 

@@ -192,7 +192,8 @@ class Page {
     const description = this.cells.find((one) => one.cell === cell);
     if (!description || description.places.length === 0) return;
     const send = this.mayDrive ? (order: Order) => this.driveCell(cell, order) : null;
-    const tool = (robot: string): number[] | null => this.newest.arm(robot)?.position_m ?? null;
+    const tool = (robot: string): number[] | null =>
+      (this.isOld(robot) ? null : this.newest.arm(robot)?.position_m ?? null);
     this.cellView = { cell, root: new CellView(description, this.token, tool, send) };
     this.content.replaceChildren(this.cellView.root.root);
     this.offerStop(cell, { cell });

@@ -54,10 +54,11 @@ async function requestStop(send: typeof fetch, token: string, target?: Target): 
   }
 }
 
-/// Sends each Stop at once, also while others are under way. Shows the result of the newest that has one.
+/// Sends each Stop at once, also while others are under way. Shows the result of each until a newer Stop of
+/// the same target, or of all, has one.
 export class Stops {
   private sent = 0;
-  private shown = 0;
+  private readonly results = new Map<string, { number: number; lines: StopLine[] }>(); // "": of all
 
   constructor(
     private readonly token: () => string,
@@ -69,9 +70,15 @@ export class Stops {
     const number = ++this.sent;
     const result = requestStop(this.send, this.token(), target);
     this.show(null);
-    const ended = await result;
-    if (number < this.shown) return;
-    this.shown = number;
-    this.show(ended);
+    this.keep(target === undefined ? "" : JSON.stringify(target), number, await result);
+    this.show([...this.results.values()].flatMap(({ lines }) => lines));
+  }
+
+  private keep(target: string, number: number, lines: StopLine[]): void {
+    const newest = Math.max(...["", target].map((each) => this.results.get(each)?.number ?? 0));
+    if (number < newest) return;
+    for (const [each, { number: earlier }] of this.results)
+      if (each === target || (target === "" && earlier < number)) this.results.delete(each);
+    this.results.set(target, { number, lines });
   }
 }

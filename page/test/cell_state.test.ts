@@ -5,6 +5,7 @@ import { test } from "node:test";
 import {
   barsOf, isCarried, middleHue_deg, parseCells, parseCellUpdate, type PieceEvent,
 } from "../src/cell_state.js";
+import { zoneText } from "../src/cell_drawing.js";
 import { needsOf } from "../src/cell_needs.js";
 import { readStopReply } from "../src/stop.js";
 import { T } from "../src/texts.js";
@@ -45,6 +46,11 @@ test("Only a message with a cell is one of a cell", () => {
   const lost = parseCellUpdate('{"cell": "c", "number": 1, "connected": false, "text": "gone"}');
   assert.deepEqual([lost?.cell, lost?.state, lost?.text], ["c", null, "gone"]);
   assert.deepEqual(parseCells("[]"), []);
+});
+
+test("A zone is not free because the store is silent", () => {
+  assert.deepEqual(["", "a", undefined].map((holder) => zoneText("mid", holder)),
+                   [T.zoneFree("mid"), T.zoneOf("mid", "a"), T.zoneUnknown("mid")]);
 });
 
 test("A person learns what to do", () => {

@@ -12,7 +12,8 @@ test("Esc stops everywhere, also in a text field", () => {
 });
 
 test("Space stops outside text fields, also on a button", () => {
-  const buttons = [body, { tagName: "BUTTON" }, { tagName: "INPUT", type: "checkbox" }, { tagName: "A" }];
+  const buttons = [body, { tagName: "BUTTON" }, { tagName: "INPUT", type: "checkbox" }, { tagName: "A" },
+                   { tagName: "INPUT", type: "text", inputMode: "decimal" }];
   for (const target of buttons) assert.ok(sendsStop({ key: " ", repeat: false, target }));
   const editable = { tagName: "DIV", isContentEditable: true };
   for (const target of [field, { tagName: "TEXTAREA" }, { tagName: "INPUT", type: "number" }, editable]) {

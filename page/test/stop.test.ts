@@ -64,6 +64,27 @@ test("The result of the newest press stays", async () => {
   assert.deepEqual(shown.at(-1), [{ isAtRest: true, text: T.stopped("a") }]);
 });
 
+test("A result stays beside that of another target", async () => {
+  const { stops, sent, shown } = fixture();
+  const all = stops.press();
+  const one = stops.press({ robot: "a" });
+  sent[1]?.reply(200, rest);
+  await one;
+  sent[0]?.reply(502, JSON.stringify({ robots: [{ robot: "b", stopped: false, text: "no reply" }] }));
+  await all;
+  const lines = [{ isAtRest: true, text: T.stopped("a") },
+                 { isAtRest: false, text: T.notStopped("b", "no reply") }];
+  assert.deepEqual(shown.at(-1), lines);
+  const again = stops.press({ robot: "a" });
+  sent[2]?.reply(200, rest);
+  await again;
+  assert.ok(shown.at(-1)?.some(({ isAtRest }) => !isAtRest), "b is still not at rest");
+  const last = stops.press();
+  sent[3]?.reply(200, rest);
+  await last;
+  assert.deepEqual(shown.at(-1), [{ isAtRest: true, text: T.stopped("a") }]);
+});
+
 test("A Stop that does not arrive is shown", async () => {
   const { stops, sent, shown } = fixture();
   const ended = stops.press();

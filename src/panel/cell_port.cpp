@@ -210,7 +210,12 @@ void CellPort::read_store(json& state) {
     const Corbot::PieceEvents_var events = store_->History(0, last_event_);
     if (events->length() == 0) break;
     for (CORBA::ULong i = 0; i < events->length(); ++i) take(events.in()[i]);
+    drop_old_events();
   }
+  drop_old_events();
+}
+
+void CellPort::drop_old_events() {
   while (events_.size() > kMostEvents ||
          (!events_.empty() && events_.front()["time_s"] < cell::now_s() - kEventsFor_s))
     events_.pop_front();

@@ -35,6 +35,7 @@ class CellPort : public Port {
   void tell_coordinator(CellAction action);
   void tell_store(const CellRequest& request);
   void read_store(nlohmann::json& state);
+  void drop_old_events();
   void take(const Corbot::PieceEvent& event);
   void run_looks();
   void look();

@@ -227,7 +227,7 @@ json CorbaPort::call(const Order& order) {
   try {
     if (const auto ticket = robot.send(request)) reply["ticket"] = *ticket;
   } catch (const client::Failure&) {
-    forget_ended_control(way);
+    (void)forget_ended_control(way);
     throw;
   }
   return reply;
@@ -236,6 +236,11 @@ json CorbaPort::call(const Order& order) {
 std::unique_ptr<Performer> CorbaPort::performer() {
   const Way way = new_way(orb_.in(), find_robot(robot_), kProgramConnections);
   check_connection(way);
+  if (forget_ended_control(way)) {
+    throw client::Failure(
+        client::ExitCode::kRefused,
+        "the panel's control has ended: take control again, or start the program again without");
+  }
   const Corbot::Arm_var arm = with_control(way.arm.in(), kProgramConnections);
   return std::make_unique<CorbaPerformer>(way.address, orb_.in(), arm.in());
 }
@@ -258,13 +263,15 @@ Corbot::Arm_var CorbaPort::with_control(Corbot::Arm_ptr arm, CORBA::ULong group)
   return own;
 }
 
-void CorbaPort::forget_ended_control(const Way& way) {
-  if (CORBA::is_nil(control().in())) return;
+bool CorbaPort::forget_ended_control(const Way& way) {
+  if (CORBA::is_nil(control().in())) return false;
   try {
     const Corbot::ControlInfo_var control = way.arm->Control();
-    if (*control->holder.in() == '\0') set_control(Corbot::Arm::_nil());
+    if (kHolder == std::string_view(control->holder.in())) return false;
+    set_control(Corbot::Arm::_nil());
+    return true;
   } catch (const CORBA::Exception&) {
-    // The caller reports the first failure.
+    return false;  // the caller's next call fails, too
   }
 }
 

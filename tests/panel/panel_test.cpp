@@ -70,14 +70,15 @@ class Panel : public test::RobotRig {
 
 TEST_F(Panel, ShowsAMotionAndStopsIt) {
   Page page(server_->port());
-  const json before = read_until(page, is_connected);
+  // The panel reads the loop's statistics less often than the state. A task of 0 cycles has just begun.
+  const json before = read_until(
+      page, [](const json& state) { return is_connected(state) && state["loop"].value("cycles", 0) > 0; });
   ASSERT_TRUE(before.is_object());
   EXPECT_EQ(before["state"], "Standby");
   const Corbot::LoopInfo_var loop = arm_->Diagnostics();
   EXPECT_EQ(before["loop"]["period_s"], loop->period);
   EXPECT_EQ(before["loop"]["latency_counts"].size(), loop->counts.length());
   EXPECT_EQ(before["loop"]["latency_edges_s"].size(), loop->edges.length());
-  EXPECT_GT(before["loop"]["cycles"], 0);
   const json description = json::parse(Browser(server_->port()).get("/api/robots").body())[0];
   EXPECT_EQ(description["joints"].size(), before["joints"].size());
   EXPECT_NE(description["urdf"].get<std::string>().find("<robot"), std::string::npos);

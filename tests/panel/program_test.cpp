@@ -157,6 +157,29 @@ TEST_F(PanelProgram, MovesARobotWhenItsControlHasEnded) {
   EXPECT_EQ(call({{"do", "ready"}}).result(), http::status::ok);
 }
 
+TEST_F(PanelProgram, RefusesAProgramOnceWhenItsControlHasEnded) {
+  start_panel();
+  ASSERT_EQ(ask(drive_, http::verb::post, "/api/call",
+                json{{"robot", reference_}, {"do", "acquire"}, {"lease_s", 0.5}}.dump())
+                .result(),
+            http::status::ok);
+  ASSERT_TRUE(wait_until(within(20), [&] { return *arm_->Control()->holder.in() == '\0'; }));
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  const auto end_of_run = [&]() -> json {
+    const json body{{"robot", reference_}, {"name", "p"}, {"text", "ready"}};
+    if (ask(drive_, http::verb::post, "/api/program", body.dump()).result() != http::status::ok) return {};
+    const test::Deadline deadline = within(60);
+    for (json update = page.read(); update.is_object(); update = page.read()) {
+      const json program = update.value("program", json());
+      if (program.is_object() && (program["state"] == "failed" || program["state"] == "done")) return program;
+      if (std::chrono::steady_clock::now() > deadline) break;
+    }
+    return {};
+  };
+  EXPECT_THAT(end_of_run()["text"].get<std::string>(), HasSubstr("control has ended"));
+  EXPECT_TRUE(wait_until(within(30), [&] { return end_of_run()["state"] == "done"; }));
+}
+
 TEST_F(PanelProgram, RunsAProgramAndStopsItWithItsRobot) {
   start_panel();
   Page page(port_of_panel_, "/ws?token=" + watch_);
