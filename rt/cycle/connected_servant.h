@@ -85,7 +85,8 @@ class ConnectedServant {
       if (result != PopResult::kOk) break;
       if (!keep(waiting)) former = Former::kTooMuch;
     }
-    // A servant changes its shapes only while nothing is pending, so one place serves the whole backlog.
+    // A servant changes its shapes only while nothing is pending, so one place serves the backlog. A command
+    // that names other shapes ends as malformed.
     if (backlog() > 0) (void)segment_->shapes.load(backlog_shapes_);
     segment_ = &servant;
     ring_ = RingConsumer(servant.commands, tail_);

@@ -168,7 +168,8 @@ const std::vector<VerbSpec> kVerbs{
      "Show the planes and boxes to which motions keep, or set one, metres: a plane's normal points to where "
      "the arm stays",
      false,
-     false},
+     false,
+     "[NAME (NX NY NZ OFFSET | X1 Y1 Z1 X2 Y2 Z2 [--within]) [--parts PARTS] | NAME --remove | --reset]"},
     {Verb::kOverride,
      "override",
      {"PERCENT"},

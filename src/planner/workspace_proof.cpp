@@ -98,6 +98,8 @@ class KnotCurve {
   rate::Cell cell_;
 };
 
+constexpr double kEndTolerance_m = 1e-9;
+
 /// A shape and the part that it holds for.
 struct Guard {
   std::size_t shape{}, part{};
@@ -183,10 +185,25 @@ class WorkspaceProof {
         open.push_back({from, middle});
       }
     }
-    return std::nullopt;
+    return check_end(curve);
   }
 
  private:
+  /// A part that is outside at the start is no deeper at the end. The tolerance on the way does not add up
+  /// over motions.
+  template <class Curve>
+  [[nodiscard]] std::optional<PlanRefusal> check_end(Curve& curve) const {
+    const std::size_t last = curve.pieces() - 1;
+    curve.enter(last);
+    const auto states = part_states(chain_, points_, curve.joints_at(curve.length()));
+    for (std::size_t k = 0; k < count_; ++k) {
+      const Guard& guard = guards_[k];
+      if (guard.least_m == 0.0 || clearance_of(guard, states) >= guard.least_m - kEndTolerance_m) continue;
+      return refusal(deepest(curve, guard, {last, curve.length()}), guard);
+    }
+    return std::nullopt;
+  }
+
   /// Sets `of` to the guard that is not proved.
   [[nodiscard]] Verdict judge(const Stretch& stretch, const Guard*& of) const noexcept {
     const auto states = part_states(chain_, points_, stretch.middle_q);

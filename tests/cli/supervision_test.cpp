@@ -109,8 +109,8 @@ TEST_F(Supervision, DownEndsTheRobotThatTheEnvironmentNames) {
   };
   const RunResult other = down_of("another");
   EXPECT_EQ(other.code, 3);
-  EXPECT_THAT(other.errors,
-              AllOf(HasSubstr("no robot named 'another' is up"), HasSubstr(", but " + name_ + "\n")));
+  EXPECT_THAT(other.errors, AllOf(HasSubstr("no robot named 'another' is up"),
+                                  HasSubstr("; these are up: " + name_ + "\n")));
   EXPECT_THAT(corbot({"down", "--name", name_ + "x"}).errors, HasSubstr("did you mean '" + name_ + "'?"));
   const RunResult elsewhere = down_of("corbaloc::127.0.0.1:1/another");
   EXPECT_EQ(elsewhere.code, 2);

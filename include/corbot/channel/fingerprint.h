@@ -51,7 +51,7 @@ inline void add(Fnv1a& hash, const Kinematics& kinematics) noexcept {
 /// Adds the shapes without their names, which change no motion. fingerprint() leaves the workspace out: the
 /// meaning of a position or a soft limit does not depend on it.
 template <class Shapes>
-void add_shapes(Fnv1a& hash, const Shapes& workspace) noexcept {
+void hash_shapes(Fnv1a& hash, const Shapes& workspace) noexcept {
   for (std::size_t k = 0; k < workspace.count; ++k) {
     const WorkspaceShape& shape = workspace.shapes[k];
     for (const std::uint32_t value : {static_cast<std::uint32_t>(shape.kind), shape.parts, shape.face_count})
@@ -63,7 +63,7 @@ void add_shapes(Fnv1a& hash, const Shapes& workspace) noexcept {
   }
 }
 inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
-  add_shapes(hash, workspace);
+  hash_shapes(hash, workspace);
   for (const double radius_m : workspace.link_radius_m) hash.add(radius_m);
 }
 
@@ -71,7 +71,7 @@ inline void add(Fnv1a& hash, const WorkspaceLimits& workspace) noexcept {
 [[nodiscard]] inline std::uint64_t number_of(const FurtherShapes& further) noexcept {
   if (further.count == 0) return 0;
   Fnv1a hash;
-  add_shapes(hash, further);
+  hash_shapes(hash, further);
   return hash.value();
 }
 

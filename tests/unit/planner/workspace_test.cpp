@@ -268,6 +268,23 @@ TEST(Workspace, AnArmThatStandsWithinTheToleranceMayMoveBack) {
   EXPECT_EQ(text_of(kept.move_s(start, settings, {0.2, 0.0, 0.08}, 0.0)), "planned");
 }
 
+TEST(Workspace, MotionsDoNotAddUpTheirTolerance) {
+  const ArmModel free = lynx5();
+  const ArmParts parts = parts_of(points_of(free.kinematics.chain()));
+  const auto height_m = [&](const Joints& q) {
+    return part_states(free.kinematics.chain(), points_of(free.kinematics.chain()), q)[parts[0].from]
+        .position_m[2];
+  };
+  const ArmModel arm = arm_in({floor_at(height_m(kBent.position_q) + 0.8e-6, kTool)});
+  Joints turned = kBent.position_q;
+  turned[3] += 3e-6;
+  const double down = height_m(turned) < height_m(kBent.position_q) ? 1.0 : -1.0;
+  EXPECT_THAT(text_of(Planner(arm).drive(kBent, {}, 3, down * 3e-6, deg(20))),
+              HasSubstr("may only move back"));
+  EXPECT_EQ(text_of(Planner(arm).drive(kBent, {}, 3, -down * 3e-6, deg(20))), "planned");
+  EXPECT_EQ(text_of(Planner(arm).drive(kBent, {}, 0, deg(5), deg(20))), "planned") << "it stays as deep";
+}
+
 TEST(Workspace, ShippedArmsOnATableHaveAFloorAboveWhichTheyAreReady) {
   for (const char* name : {"lynx5", "lynx5-can", "al5d", "al5d_wr", "omx", "px100", "so101"}) {
     const ArmModel arm = load_profile(std::string(CORBOT_PROFILES) + "/" + name + ".toml").arm;
