@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 /// Returns the file `path`.toml, or the profile beside `path` that `path` most likely misspells, or "".
 fs::path similar_file(const fs::path& path) {
   std::error_code ignored;
-  const fs::path with_ending = fs::path(path) += ".toml";
+  fs::path with_ending = fs::path(path) += ".toml";
   if (fs::is_regular_file(with_ending, ignored)) return with_ending;
   const fs::path directory = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::vector<std::string> stems;
