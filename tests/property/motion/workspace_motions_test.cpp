@@ -30,6 +30,7 @@ constexpr int kSteps = 400;                    ///< of the reference in a comman
 constexpr double kRounding_m = 1e-9;           ///< of the task's arithmetic against the planner's
 /// The reference may miss a breach by this much between two of its points.
 constexpr double kMissed_m = 1e-5;
+constexpr double kMostTravel_m = 0.1;  ///< of a part between two of the reference's first points
 
 std::uint64_t environment(const char* name, std::uint64_t otherwise) {
   const char* text = std::getenv(name);
@@ -50,55 +51,82 @@ Joints joints_at(const Command& command, const PlannedRate* rate, double share) 
 }
 
 /// One shape, and one part of the arm that it holds for.
-class Guarded {
+struct Guard {
+  std::size_t shape, part;
+};
+
+/// All shapes of an arm with the parts that they hold for.
+class Guards {
  public:
-  Guarded(const ArmModel& arm, std::size_t shape, std::size_t part) : arm_(arm), shape_(shape), part_(part) {}
-  [[nodiscard]] double clearance(const Joints& q) const {
-    const JointChain& chain = arm_.kinematics.chain();
-    return clearance_m(arm_.workspace, shape_, part_, parts_of(points_of(chain))[part_],
-                       part_states(chain, points_of(chain), q));
+  explicit Guards(const ArmModel& arm) : arm_(arm), parts_(parts_of(points_of(arm.kinematics.chain()))) {
+    for (std::size_t k = 0; k < arm.workspace.count; ++k) {
+      for (std::size_t part = 0; part < kArmParts; ++part)
+        if (parts_[part].exists && (arm.workspace.shapes[k].parts & bit_of(part)) != 0)
+          guards_.push_back({k, part});
+    }
+  }
+  /// The clearance of each guard.
+  [[nodiscard]] std::vector<double> clearances(const Joints& q) const {
+    const ArmStates states = states_at(q);
+    std::vector<double> clearances_m;
+    for (const Guard& guard : guards_) clearances_m.push_back(clearance(guard, states));
+    return clearances_m;
   }
   /// The least clearance of a command beyond that of its start: at many points, and near the least of them.
   [[nodiscard]] double least(const Command& command, const PlannedRate* rate) const {
-    const auto at = [&](double share) { return clearance(joints_at(command, rate, share)); };
-    double least_m = 1e9, where = 0.0;
-    const auto look = [&](double share) {
-      const double here_m = at(std::clamp(share, 0.0, 1.0));
-      if (here_m < least_m) least_m = here_m, where = share;
+    struct Least {
+      double clearance_m, share;
     };
-    for (int i = 0; i <= kSteps; ++i) look(static_cast<double>(i) / kSteps);
-    for (double width = 2.0 / kSteps; width > 1e-8; width *= 0.5) {
-      const double middle = where;
-      look(middle - 0.5 * width);
-      look(middle + 0.5 * width);
+    const std::vector<double> start_m = clearances(joints_at(command, rate, 0.0));
+    std::vector<Least> found(guards_.size(), {1e9, 0.0});
+    for (int i = 0; i <= kSteps; ++i) {
+      const double share = static_cast<double>(i) / kSteps;
+      const std::vector<double> here_m = clearances(joints_at(command, rate, share));
+      for (std::size_t g = 0; g < guards_.size(); ++g)
+        if (here_m[g] < found[g].clearance_m) found[g] = {here_m[g], share};
     }
-    return least_m - std::min(0.0, at(0.0));
+    double least_m = 1e9;
+    for (std::size_t g = 0; g < guards_.size(); ++g) {
+      const auto look = [&](double share) {
+        const double at = std::clamp(share, 0.0, 1.0);
+        const double here_m = clearance(guards_[g], states_at(joints_at(command, rate, at)));
+        if (here_m < found[g].clearance_m) found[g] = {here_m, at};
+      };
+      const double allowed_m = std::min(0.0, start_m[g]);
+      // No part travels so far between two of the points.
+      if (found[g].clearance_m - allowed_m > least_m + kMostTravel_m) continue;
+      for (double width = 2.0 / kSteps; width > 1e-8; width *= 0.5) {
+        const double middle = found[g].share;
+        look(middle - 0.5 * width);
+        look(middle + 0.5 * width);
+      }
+      least_m = std::min(least_m, found[g].clearance_m - allowed_m);
+    }
+    return least_m;
   }
 
  private:
-  const ArmModel& arm_;
-  std::size_t shape_, part_;
-};
-
-std::vector<Guarded> guards_of(const ArmModel& arm) {
-  const ArmParts parts = parts_of(points_of(arm.kinematics.chain()));
-  std::vector<Guarded> guards;
-  for (std::size_t k = 0; k < arm.workspace.count; ++k) {
-    for (std::size_t part = 0; part < kArmParts; ++part)
-      if (parts[part].exists && (arm.workspace.shapes[k].parts & bit_of(part)) != 0)
-        guards.emplace_back(arm, k, part);
+  [[nodiscard]] ArmStates states_at(const Joints& q) const {
+    const JointChain& chain = arm_.kinematics.chain();
+    return part_states(chain, points_of(chain), q);
   }
-  return guards;
-}
+  [[nodiscard]] double clearance(const Guard& guard, const ArmStates& states) const {
+    return clearance_m(arm_.workspace, guard.shape, guard.part, parts_[guard.part], states);
+  }
+
+  const ArmModel& arm_;
+  ArmParts parts_;
+  std::vector<Guard> guards_;
+};
 
 /// The least clearance of a motion beyond what its start allows: at least 0 if the motion keeps inside.
 double least_clearance(const ArmModel& arm, const PlanResult& result) {
   const auto& commands = std::get<std::vector<Command>>(result);
+  const Guards guards(arm);
   double least_m = 1e9;
-  for (std::size_t c = 0; c < commands.size(); ++c) {
-    const PlannedRate* rate = c < result.rates.size() ? &result.rates[c] : nullptr;
-    for (const Guarded& guard : guards_of(arm)) least_m = std::min(least_m, guard.least(commands[c], rate));
-  }
+  for (std::size_t c = 0; c < commands.size(); ++c)
+    least_m =
+        std::min(least_m, guards.least(commands[c], c < result.rates.size() ? &result.rates[c] : nullptr));
   return least_m;
 }
 
@@ -139,7 +167,7 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
     if (draw_.in(0.0, 1.0) < 0.5) part = 0;
     plane = plane_shape({draw_.unit(), -1e3}, bit_of(part));
     const PlannedRate* rate = free.rates.empty() ? nullptr : &free.rates[0];
-    plane.faces[0].offset_m += Guarded(arm, 0, part).least(commands[0], rate) + draw_.in(-3e-6, 3e-6);
+    plane.faces[0].offset_m += Guards(arm).least(commands[0], rate) + draw_.in(-3e-6, 3e-6);
     return arm;
   }
   void judge(const ArmModel& arm, const PlanResult& free, const PlanResult& kept) {
@@ -169,12 +197,11 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
   }
   /// Runs all commands up to this one to their ends, with an interruption in one cycle and a Stop later.
   void run(Rig& rig, std::uint64_t last_id, int kind, int cycles) {
-    const std::vector<Guarded> guards = guards_of(rig.arm);
-    std::vector<double> allowed_m;
-    for (const Guarded& guard : guards)
-      allowed_m.push_back(std::min(0.0, guard.clearance(rig.snapshot.position_q)));
-    bool was_outside = false;
-    for (const double each_m : allowed_m) was_outside = was_outside || each_m < 0.0;
+    const Guards guards(rig.arm);
+    std::vector<double> allowed_m = guards.clearances(rig.snapshot.position_q);
+    for (double& each_m : allowed_m) each_m = std::min(0.0, each_m);
+    const bool was_outside =
+        std::any_of(allowed_m.begin(), allowed_m.end(), [](double m) { return m < 0.0; });
     const int first = static_cast<int>(draw_.in(1, cycles)),
               second = first + static_cast<int>(draw_.in(1, 60));
     for (int i = 0; rig.snapshot.last_done_id < last_id && i < 100'000 && !HasFailure(); ++i) {
@@ -182,8 +209,9 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
       if (i == second && kind >= 3) rig.stop();
       rig.step();
       ++results_.counts["workspace_ticks"];
-      for (std::size_t k = 0; k < guards.size(); ++k) {
-        const double beyond_m = allowed_m[k] - guards[k].clearance(rig.snapshot.position_q);
+      const std::vector<double> here_m = guards.clearances(rig.snapshot.position_q);
+      for (std::size_t k = 0; k < here_m.size(); ++k) {
+        const double beyond_m = allowed_m[k] - here_m[k];
         results_.see("workspace_set_point_beyond_m", beyond_m);
         EXPECT_LE(beyond_m, kWorkspaceTolerance_m + kRounding_m);
       }
