@@ -84,7 +84,7 @@ def test_the_gripper_opens_closes_and_stops_between(arm: corbot.Arm) -> None:
 
 
 def test_a_motion_that_is_not_awaited_can_be_followed(arm: corbot.Arm) -> None:
-    motion = arm.joints(FAR, time=1.0, wait=False)
+    motion = arm.joints(FAR, time=3.0, wait=False)
     until(lambda: runs(motion))
     state = arm.state
     assert state.status is corbot.Status.WAITING
@@ -96,15 +96,15 @@ def test_a_motion_that_is_not_awaited_can_be_followed(arm: corbot.Arm) -> None:
 
 
 def test_wait_shows_a_bar(arm: corbot.Arm, capsys: pytest.CaptureFixture[str]) -> None:
-    motion = arm.joints(FAR, time=0.8, wait=False)
+    motion = arm.joints(FAR, time=3.0, wait=False)
     with pytest.raises(corbot.MotionTimeout):
-        motion.wait(timeout=0.4, progress=True)
+        motion.wait(timeout=1.0, progress=True)
     before = capsys.readouterr().err
     motion.wait(progress=True)
     shares = [int(share) for share in re.findall(rf"motion {motion.number}: +(\d+)%\|", before)]
     assert len(shares) > 2, before
     assert shares == sorted(shares)
-    assert 20 < shares[-1] < 100
+    assert 0 < shares[-1] < 100
     assert f"motion {motion.number}: 100%|" in capsys.readouterr().err
 
 
@@ -154,8 +154,8 @@ def test_more_may_wait_than_the_servant_lets_wait(arm: corbot.Arm) -> None:
 
 def test_await_gives_the_end(arm: corbot.Arm) -> None:
     async def both() -> tuple[corbot.MotionInfo, float]:
-        motion = arm.joints(FAR, time=0.5, wait=False)
         begun = time.monotonic()
+        motion = arm.joints(FAR, time=0.5, wait=False)
         await asyncio.sleep(0)
         return await motion, time.monotonic() - begun
 
