@@ -9,6 +9,23 @@ fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 # Prints the number of tests that run at once. Most tests wait, and the others declare their load to ctest.
 test_jobs() { echo $(($(nproc) * 3)); }
 
+# run_tests DIR ARGUMENT...: runs the tests of the build directory DIR with these arguments for ctest. At the
+# end it prints the last lines of each failed test again, because a report may keep only the end of the log.
+run_tests() {
+  local dir=$1 status=0
+  shift
+  ctest --test-dir "$dir" --output-on-failure --no-tests=error -j "$(test_jobs)" "$@" || status=$?
+  if [ "$status" -ne 0 ]; then
+    awk '/^[0-9]+\/[0-9]+ Testing: / { name = $3; count = 0 }
+         { lines[count++] = $0 }
+         /^Test Failed\.$/ {
+           print "== the end of " name
+           for (i = count > 30 ? count - 30 : 0; i < count; ++i) print substr(lines[i], 1, 300)
+         }' "$dir/Testing/Temporary/LastTest.log"
+  fi
+  return "$status"
+}
+
 # build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with
 # ccache if it is installed.
 build_preset() {

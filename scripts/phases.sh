@@ -42,7 +42,7 @@ $left"
 # cmake/targets.cmake declares the labels.
 check_sanitizer() {
   build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
-  ctest --test-dir "build/$1" --output-on-failure --no-tests=error -j "$(test_jobs)" -L "$3"
+  run_tests "build/$1" -L "$3"
 }
 
 # begin_run NAME: begins the times and the report. Sockets that are newer count as remains of the tests.
