@@ -6,7 +6,6 @@ from __future__ import annotations
 import importlib.util
 import re
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -19,6 +18,7 @@ import pytest
 
 import corbot
 from corbot.cell import Cell
+from corbot.simulation import _free_ports
 from support import until
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples/python"
@@ -85,9 +85,7 @@ def test_two_arms_go_in_step() -> None:
 @pytest.fixture
 def own_camera(tmp_path: Path) -> Iterator[tuple[Cell, Path]]:
     pieces = tmp_path / "pieces"
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = _free_ports(1)
     process = subprocess.Popen([sys.executable, str(EXAMPLES / "own_camera.py"), str(pieces), str(port)])
     cell = Cell({"name": "test", "camera": f"corbaloc::127.0.0.1:{port}/Camera", "robots": {}}, 5.0)
 
