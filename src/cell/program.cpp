@@ -41,9 +41,9 @@ int fail(const Program& program, const std::string& text, ExitCode code) {
 void CellOptions::add_to(CLI::App& app) {
   add_address_to(app);
   app.add_option("--pieces", overrides.pieces, "Number of simulated pieces, instead of the file's")
-      ->check(CLI::Range(0, 100));
+      ->check(CLI::Range(0, 100, "0 to 100"));
   app.add_option("--seed", overrides.seed, "Seed of the simulation, instead of the file's")
-      ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}))
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}, "0 to 4294967295"))
       ->type_name("NUMBER");
 }
 
@@ -55,7 +55,7 @@ void CellOptions::add_address_to(CLI::App& app) {
   add_file_to(app);
   app.add_option("--name", overrides.name, "Name of the cell, instead of the file's")->type_name("NAME");
   app.add_option("--ports", overrides.ports, "First of the ports in a row that the cell listens on")
-      ->check(CLI::Range(1024, 65535));
+      ->check(CLI::Range(1024, 65535, "1024 to 65535"));
   app.add_option("--state-dir", overrides.state_directory, "Directory of ledger, sockets and logs")
       ->type_name("DIRECTORY");
 }

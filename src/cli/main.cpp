@@ -205,10 +205,10 @@ void add_supervision(CLI::App& app, Settings& s) {
       ->type_name("PATH");
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
                                         "Start a naming service, too, on this port of the loopback (2809)");
-  naming->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
+  naming->expected(0, 1)->check(whole_number_within(1, 65535))->type_name("PORT");
   auto* panel = up_command->add_option("--panel", s.up.panel_port,
                                        "Start a panel, too, on this port of the loopback (8080)");
-  panel->expected(0, 1)->check(CLI::Range(1, 65535))->type_name("PORT");
+  panel->expected(0, 1)->check(whole_number_within(1, 65535))->type_name("PORT");
   up_command->add_option("--orb", s.up.orb, "ORB of the servant (omniorb)")
       ->check(CLI::IsMember({"omniorb", "orbit2"}))
       ->type_name("ORB");
@@ -341,7 +341,7 @@ void add_views(CLI::App& app, Settings& s) {
       ->check(number_within(0.02, 3600.0))
       ->type_name("SECONDS");
   watch_command->add_option("--count", s.count, "End after so many outputs")
-      ->check(CLI::Range(1, 1'000'000'000));
+      ->check(whole_number_within(1, 1'000'000'000));
   add_client_options(*watch_command, s);
   watch_command->callback([&s] { run_watch(s.client, s.interval_s, s.count); });
 }

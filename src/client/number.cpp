@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "client/explain.h"
+
 namespace corbot::client {
 
 namespace {
@@ -45,6 +47,13 @@ std::string number_fault(std::string_view word) {
     return fmt::format("'{}' is not a finite number", word);
   }
   return fmt::format("'{}' is not a number", word);
+}
+
+std::string whole_number_fault(std::string_view word, std::int64_t low, std::int64_t high) {
+  std::int64_t value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc{} && end == word.data() + word.size() && value >= low && value <= high) return {};
+  return fmt::format("'{}' is not a whole number from {} to {}", printable(word), low, high);
 }
 
 std::vector<std::string> protect_negative_numbers(int argc, const char* const* argv) {

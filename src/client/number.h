@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,10 @@ namespace corbot::client {
 
 /// Returns why parse_number refused a word: "'0,2' is not a number: write a decimal point".
 [[nodiscard]] std::string number_fault(std::string_view word);
+
+/// Returns "" for a whole number within the bounds, else why it is refused: "'x' is not a whole number from
+/// 0 to 9".
+[[nodiscard]] std::string whole_number_fault(std::string_view word, std::int64_t low, std::int64_t high);
 
 /// Returns the command line with words such as "-.5" written "-0.5": option parsers take "-." for the
 /// beginning of an option.

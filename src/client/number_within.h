@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <string>
 
 #include <fmt/format.h>
@@ -21,6 +22,12 @@ inline CLI::Validator number_within(double low, double high) {
         return fmt::format("{} is out of range: allowed are {} to {}", word, low, high);
       },
       fmt::format("{} to {}", low, high));
+}
+
+/// Validates the whole number of an option or an argument. CLI11 would take "-1" for a large number.
+inline CLI::Validator whole_number_within(std::int64_t low, std::int64_t high) {
+  return CLI::Validator([low, high](std::string& word) { return whole_number_fault(word, low, high); },
+                        fmt::format("{} to {}", low, high));
 }
 
 }  // namespace corbot::client

@@ -21,6 +21,7 @@
 #include "client/failure.h"
 #include "client/local_robots.h"
 #include "client/notice.h"
+#include "client/number_within.h"
 #include "client/stop_on_signal.h"
 #include "panel/cell_port.h"
 #include "panel/corba_port.h"
@@ -229,7 +230,7 @@ int run(int argc, char** argv) {
       ->type_name("CELL")
       ->allow_extra_args(false);  // a ROBOT may follow
   app.add_option("--port", options.server.port, "Port to listen on; 0: any free one")
-      ->check(CLI::Range(0, 65535))
+      ->check(client::whole_number_within(0, 65535))
       ->capture_default_str();
   app.add_option("--host", options.server.host, "Address to listen on, in figures; 0.0.0.0: all")
       ->type_name("ADDRESS")

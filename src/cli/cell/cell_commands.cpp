@@ -5,7 +5,6 @@
 #include <pwd.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -31,6 +30,8 @@ using client::ExitCode;
 using client::Failure;
 
 namespace {
+
+constexpr int kMostNumber = std::numeric_limits<int>::max();  ///< of a piece, and of a slot
 
 /// The arguments of one command.
 struct Words {
@@ -112,29 +113,15 @@ std::pair<CLI::App*, std::shared_ptr<Words>> add_client(CLI::App& cell, const ch
   return {command, words};
 }
 
-/// Validates a whole number. CLI11 states no bound, and takes "-1" for a large number.
-CLI::Validator whole_number_from(int low) {
-  const auto check = [low](std::string& word) {
-    constexpr int kMost = std::numeric_limits<int>::max();
-    int value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    const bool is_right = error == std::errc() && end == word.data() + word.size() && value >= low;
-    return is_right
-               ? std::string()
-               : fmt::format("'{}' is not a whole number from {} to {}", client::printable(word), low, kMost);
-  };
-  return CLI::Validator(check, "");
-}
-
 void add_words_of_persons(CLI::App& cell) {
   auto [resolving, piece] = add_client(cell, "resolve", "Record where an unclear piece stands", resolve);
   resolving->add_option("PIECE", piece->piece, "Number of the piece, as 'corbot cell status' shows it")
       ->required()
-      ->check(whole_number_from(1))
+      ->check(client::whole_number_within(1, kMostNumber))
       ->type_name("NUMBER");
   resolving->add_option("PLACE", piece->place, "Place where the piece stands")->type_name("");
   resolving->add_option("SLOT", piece->slot, "Slot of PLACE, from 0; an area has none")
-      ->check(whole_number_from(0))
+      ->check(client::whole_number_within(0, kMostNumber))
       ->type_name("NUMBER");
   resolving->add_flag("--gone", piece->is_gone, "The piece was taken away");
   auto [exchanging, emptied] =
@@ -195,7 +182,7 @@ void add_cell(CLI::App& app) {
       ->check(client::number_within(0.1, 3600.0))
       ->type_name("SECONDS");
   watching->add_option("--count", words->count, "End after so many outputs; 0: go on until Ctrl-C")
-      ->check(CLI::Range(0, 1000000));
+      ->check(client::whole_number_within(0, 1000000));
   add_client(*cell, "start", "Begin the work, or go on after a pause, a stop or a fault that needed a person",
              [](CellClient& client, const Words&) { client.start(); });
   add_client(*cell, "pause", "Let each robot end its motion under way, and begin no other",

@@ -10,6 +10,7 @@
 #include "cell/orb_server.h"
 #include "cli/supervise/robot_children.h"
 #include "client/failure.h"
+#include "client/number_within.h"
 #include "config/load_profile.h"
 #include "config/profile_edit.h"
 #include "net/ports.h"
@@ -65,7 +66,7 @@ fs::path scene_output(const CellConfig& cell) { return cell.state_directory / "s
 void add_panel_to(CLI::App& command, PanelPort& port) {
   CLI::Option* const option = command.add_option(
       "--panel", "start a panel on the loopback, too, at this port (8080); 0: any free one");
-  option->expected(0, 1)->check(CLI::Range(0, 65535))->type_name("PORT");
+  option->expected(0, 1)->check(client::whole_number_within(0, 65535))->type_name("PORT");
   command.parse_complete_callback([option, &port] {
     if (option->count() == 0) return;
     const std::string word = option->results().front();

@@ -133,6 +133,11 @@ class Commands(unittest.TestCase):
             self.assertEqual(usages[name], usage[1].replace(" [--dry-run [--profile P --plot FILE]]", ""))
         self.assertGreater(counted, 20)
 
+    def test_each_range_is_written_as_words(self):
+        for name in self.names:
+            if name not in ("help", "panel"):
+                self.assertNotIn(" in [", helped(*name.split()), name)
+
     def test_finds_a_planted_difference(self):
         swapped = self.manual.replace(".B ready\n", ".B clear\n", 1)
         self.assertNotEqual(swapped, self.manual)
