@@ -42,7 +42,7 @@ MOST_JOINTS: int = Corbot._tc_JointCoord.content_type().length()
 """How many values a list of joints has at most, whatever the arm."""
 
 
-_LAST_CALLS = 0.5  # seconds; the calls that wait for a motion return after 0.1 s
+_LAST_CALLS = 2.0  # seconds; the calls that wait for a motion return after 0.1 s on an idle machine
 _HELD_BACK = 10.0  # seconds, in which Python ends
 
 _threads_inside: set[int] = set()  # the threads, except the main one, that are inside the ORB
