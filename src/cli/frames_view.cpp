@@ -132,7 +132,10 @@ std::string read_workspace(Client& client) {
   std::string text;
   for (CORBA::ULong k = 0; k < now->profile.length(); ++k) text += shape_text(now->profile[k], "profile");
   for (CORBA::ULong k = 0; k < now->further.length(); ++k) text += shape_text(now->further[k], "set");
-  if (!now->known) text += "the planes and boxes that were set are not known: set them, or --reset\n";
+  if (!now->known)
+    text +=
+        "the planes and boxes that were set are not known, or hold for another base frame, which a motion's "
+        "refusal names: set that frame, or --reset\n";
   return text.empty() ? "no planes and boxes: the arm may be anywhere\n" : text;
 }
 

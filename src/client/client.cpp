@@ -99,9 +99,10 @@ Corbot::WorkspaceShape shape_of(const Request& request) {
 void change_shape(Corbot::_objref_Arm& arm, const Request& request) {
   const Corbot::WorkspaceInfo_var now = arm.Workspace();
   if (!now->known)
-    throw Failure(ExitCode::kRefused,
-                  "the planes and boxes that were set are not known: remove them by 'corbot workspace "
-                  "--reset', and set them again");
+    throw Failure(
+        ExitCode::kRefused,
+        "the planes and boxes that were set are not known, or hold for another base frame: set that "
+        "frame, or remove them by 'corbot workspace --reset'");
   Corbot::WorkspaceShapes shapes;
   bool was_there = false;
   const auto add = [&shapes](const Corbot::WorkspaceShape& shape) {

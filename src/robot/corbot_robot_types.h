@@ -210,7 +210,7 @@ typedef struct corbot_shape {
 
 /* The profile's planes and boxes, and behind them those that are set. */
 typedef struct corbot_workspace {
-  int32_t known; /* 0: those that are set are not known, and no joint moves until they are set or reset */
+  int32_t known; /* 0: those that are set are not known or hold for another base frame. No joint moves then */
   size_t profile_count;
   size_t further_count;
   corbot_shape shapes[CORBOT_MAX_SHAPES];

@@ -14,10 +14,13 @@
 #include "corbot/arm/arm_model.h"
 #include "planner/request.h"
 #include "robot/call_error.h"
-#include "state/further_shapes_store.h"
 #include "state/soft_limits_store.h"
 
 namespace corbot {
+
+[[nodiscard]] inline bool moves_joints(const MotionRequest& request) {
+  return !std::holds_alternative<DwellRequest>(request) && !std::holds_alternative<GripperRequest>(request);
+}
 
 /// A limit that planned motions keep, and its copy on disk, which outlives servant, task and power-down. If
 /// the copy cannot be read, the setting is unknown, and no joint moves until it is set or reset. Thread-safe.
@@ -52,8 +55,7 @@ class KeptSetting {
   }
   /// Throws CallError (not ready) if the setting is not known and the request moves joints.
   void check_known(const MotionRequest& request) const {
-    if (std::holds_alternative<DwellRequest>(request) || std::holds_alternative<GripperRequest>(request))
-      return;
+    if (!moves_joints(request)) return;
     const std::lock_guard lock(mutex_);
     if (unknown_.empty()) return;
     throw not_ready(fmt::format("{} are not known: set or reset them ({})", what_, unknown_));
@@ -107,7 +109,5 @@ class KeptSetting {
 
 /// Ranges that replace the profile's.
 using SoftLimits = KeptSetting<SoftLimitsStore>;
-/// Planes and boxes beside the profile's.
-using FurtherWorkspace = KeptSetting<FurtherShapesStore>;
 
 }  // namespace corbot

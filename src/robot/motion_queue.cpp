@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "corbot/channel/fingerprint.h"
+#include "planner/frame_settings.h"
 #include "planner/setting_rules.h"
 #include "planner/workspace_setting.h"
 #include "robot/call_error.h"
@@ -98,8 +99,8 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
     const auto start = plan_start(task, begin.epoch);
     if (!start) return std::nullopt;
     limits_.check_known(request);
-    shapes_.check_known(request);
-    return Basis{*start, limits_.wanted(), shapes_.wanted()};
+    shapes_.check_known_at(request, frames_in_force(planner_.model().kinematics, settings).base_T_0);
+    return Basis{*start, limits_.wanted(), shapes_.shapes()};
   };
   const std::lock_guard turn(turn_mutex_);
   std::unique_lock lock(order_mutex_);
@@ -217,7 +218,9 @@ void MotionQueue::change_limits(const JointRanges& wanted) {
 }
 
 void MotionQueue::change_shapes(const std::optional<FurtherShapes>& wanted, const PlanSettings& settings) {
-  change(shapes_, wanted, [&](const Joints& position_q) {
+  std::optional<PlacedShapes> placed;
+  if (wanted) placed = {*wanted, frames_in_force(planner_.model().kinematics, settings).base_T_0};
+  change(shapes_, placed, [&](const Joints& position_q) {
     return wanted ? check_stands_within(planner_.model(), settings, *wanted, position_q) : std::nullopt;
   });
 }

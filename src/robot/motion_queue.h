@@ -11,7 +11,7 @@
 
 #include "planner/planner.h"
 #include "robot/control.h"
-#include "robot/kept_setting.h"
+#include "robot/further_workspace.h"
 #include "robot/robot_view.h"
 #include "robot/task_access.h"
 #include "robot/ticket_table.h"

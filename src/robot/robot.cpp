@@ -192,8 +192,8 @@ MotionPlan Robot::plan(const MotionRequest& request) {
     throw refused(request, *refusal, profile_.arm.kinematics);
   const PlanStart start = queue_.next_start();
   limits_.check_known(request);
-  shapes_.check_known(request);
   now = settings_in_force();  // at the start: they may have changed while other calls planned
+  shapes_.check_known_at(request, frames_in_force(profile_.arm.kinematics, now).base_T_0);
   const PlanResult result = planner_.plan(start, now, request);
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
     throw refused(request, *refusal, profile_.arm.kinematics);

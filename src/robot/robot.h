@@ -19,7 +19,7 @@
 #include "robot/audit_log.h"
 #include "robot/call_error.h"
 #include "robot/control.h"
-#include "robot/kept_setting.h"
+#include "robot/further_workspace.h"
 #include "robot/link.h"
 #include "robot/motion_queue.h"
 #include "robot/position_saver.h"
@@ -171,8 +171,8 @@ class Robot final : private LinkListener {
   void set_workspace(const std::vector<WantedShape>& wanted);
   /// Removes them. Throws CallError while motions are pending.
   void reset_workspace();
-  /// Returns the planes and boxes that are set, or nothing if they are not known. No joint moves then until
-  /// they are set or reset.
+  /// Returns the planes and boxes that are set, or nothing if they are not known, or hold for another base
+  /// frame. No joint moves then until they are set or reset, or that base frame is set.
   [[nodiscard]] std::optional<FurtherShapes> further_shapes() const;
 
  private:

@@ -47,14 +47,14 @@ void Robot::set_workspace(const std::vector<WantedShape>& wanted) {
 void Robot::reset_workspace() { queue_.change_shapes(std::nullopt, settings_.get()); }
 
 std::optional<FurtherShapes> Robot::further_shapes() const {
-  if (!shapes_.is_known()) return std::nullopt;
-  return shapes_.wanted().value_or(FurtherShapes{});
+  if (!shapes_.is_known_at(frames().base_T_0)) return std::nullopt;
+  return shapes_.shapes().value_or(FurtherShapes{});
 }
 
 PlanSettings Robot::settings_in_force() const {
   PlanSettings now = settings_.get();
   now.soft_limits = limits_.wanted();
-  now.further_shapes = shapes_.wanted();
+  now.further_shapes = shapes_.shapes();
   return now;
 }
 

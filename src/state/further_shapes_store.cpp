@@ -12,12 +12,13 @@
 #include "corbot/arm/shape_numbers.h"
 #include "corbot/arm/shape_parts.h"
 #include "corbot/kinematics/arm_parts.h"
+#include "corbot/motion/frames.h"
 #include "state/setting_text.h"
 
 namespace corbot {
 namespace {
 
-constexpr std::int64_t kShapesFormat = 1;
+constexpr std::int64_t kShapesFormat = 2;
 constexpr std::array<std::string_view, 3> kKinds{"plane", "in", "out"};  // by ShapeKind
 
 std::string line_of(const WorkspaceShape& shape) {
@@ -32,18 +33,31 @@ std::string line_of(const WorkspaceShape& shape) {
                      kKinds[static_cast<std::size_t>(shape.kind)], shape.parts, fmt::join(numbers, ", "));
 }
 
-std::vector<double> read_numbers(const toml::table& table, std::size_t count) {
-  const toml::array* array = table["numbers"].as_array();
+std::vector<double> read_numbers(const toml::table& table, std::size_t count, const char* key = "numbers") {
+  const toml::array* array = table[key].as_array();
   if (array == nullptr || array->size() != count)
-    throw SettingError(fmt::format("numbers: must be {} numbers", count));
+    throw SettingError(fmt::format("{}: must be {} numbers", key, count));
   std::vector<double> numbers;
   for (const toml::node& node : *array) {
     const auto value = node.value<double>();
     if (!node.is_number() || !value || !(std::abs(*value) <= kFarthestShape_m))
-      throw SettingError(fmt::format("numbers: not a number of at most {}", kFarthestShape_m));
+      throw SettingError(fmt::format("{}: not a number of at most {}", key, kFarthestShape_m));
     numbers.push_back(*value);
   }
   return numbers;
+}
+
+std::string line_of(const Pose& base) {
+  const auto& [p, q] = base;
+  return fmt::format("base = [{}]  # position in m, and orientation w, x, y, z\n",
+                     fmt::join({p[0], p[1], p[2], q.w, q.x, q.y, q.z}, ", "));
+}
+
+Pose read_base(const toml::table& table) {
+  const std::vector<double> n = read_numbers(table, 7, "base");
+  const Pose base{{n[0], n[1], n[2]}, {n[3], n[4], n[5], n[6]}};
+  if (!is_frame(base, kFarthestBase_m)) throw SettingError("base: not a frame");
+  return base;
 }
 
 WorkspaceShape read_shape(const toml::table& table, const ArmModel& arm) {
@@ -80,16 +94,18 @@ WorkspaceShape read_shape(const toml::table& table, const ArmModel& arm) {
 
 }  // namespace
 
-std::string FurtherShapesText::write(const FurtherShapes& further, const SettingOwner& owner,
+std::string FurtherShapesText::write(const PlacedShapes& placed, const SettingOwner& owner,
                                      const ArmModel& arm) {
   std::string text = setting_head("The planes and boxes that were set beside the profile's [workspace].",
                                   kShapesFormat, owner, arm);
+  text += line_of(placed.world_T_base);
   text += "shapes = [  # of a plane: normal, offset in m; of a box: corners in m\n";
+  const FurtherShapes& further = placed.further;
   for (std::size_t k = 0; k < further.count; ++k) text += line_of(further.shapes[k]);
   return text + "]\n" + kSettingEnd;
 }
 
-FurtherShapes FurtherShapesText::read(std::string_view text, const SettingOwner& owner, const ArmModel& arm) {
+PlacedShapes FurtherShapesText::read(std::string_view text, const SettingOwner& owner, const ArmModel& arm) {
   const toml::table table = read_setting(text, kMostBytes, kShapesFormat, owner, arm);
   const toml::array* array = table["shapes"].as_array();
   if (array == nullptr || array->size() > FurtherShapes::kMostShapes)
@@ -107,7 +123,7 @@ FurtherShapes FurtherShapesText::read(std::string_view text, const SettingOwner&
     further.shapes[further.count++] = shape;
   }
   if (!are_sound(further)) throw SettingError("shapes: a normal is no unit vector");
-  return further;
+  return {further, read_base(table)};
 }
 
 }  // namespace corbot

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -54,6 +55,15 @@ class RunTimeWorkspace : public TaskTest {
       return refused.error;
     }
     return {};
+  }
+  template <class Call>
+  std::string refusal_of(const Call& call) {
+    try {
+      call();
+    } catch (const CallError& refused) {
+      return refused.error.text;
+    }
+    return "";
   }
   /// Lowers the tool by joint 1.
   Outcome lower(double rad) { return try_accept(DriveRequest{1, rad, 1.0}); }
@@ -147,6 +157,48 @@ TEST_F(RunTimeWorkspace, ThatCannotBeReadLetsNoJointMove) {
   ASSERT_TRUE(
       wait_until(within(30), [&] { return status_of([&] { robot_->reset_workspace(); }) == CORBOT_OK; }));
   EXPECT_EQ(lower(-0.05).status, CORBOT_OK);
+}
+
+TEST_F(RunTimeWorkspace, OfAnotherBaseFrameLetsNoJointMoveUntilThatBaseIsSet) {
+  const Pose raised{{0.5, 0, 0.25}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
+  robot_->set_base_frame(raised);
+  ASSERT_EQ(set({plane("low", 1.0, height_m() + 0.2)}).status, CORBOT_OK);
+  const auto before = robot_->further_shapes();
+  robot_.reset();
+  open();
+  robot_->reset_frames();  // as after a power-down
+  EXPECT_FALSE(robot_->further_shapes().has_value());
+  const Outcome refused = lower(-0.05);
+  EXPECT_EQ(refused.status, CORBOT_NOT_READY);
+  EXPECT_EQ(refused.text,
+            "the planes and boxes of clients hold for base 0.5 0 0.25 0.7071068 0 0 0.7071068: set that "
+            "base, or set or reset them; the base is 0 0 0 1 0 0 0");
+  EXPECT_EQ(refusal_of([&] { (void)robot_->plan(DriveRequest{1, -0.05, 1.0}); }), refused.text);
+  EXPECT_EQ(try_accept(DwellRequest{0.0}).status, CORBOT_OK);
+  const double h = 0.7071068;  // as the text
+  robot_->set_base_frame({{0.5, 0, 0.25}, {-h, 0, 0, -h}});
+  EXPECT_EQ(robot_->further_shapes(), before);
+  EXPECT_EQ(lower(-0.05).status, CORBOT_OK);
+}
+
+TEST_F(RunTimeWorkspace, OfAnotherBaseFrameIsSetOrResetForTheNewOne) {
+  ASSERT_EQ(set({plane("low", 1.0, -1.0)}).status, CORBOT_OK);
+  const auto raise = [&](double height_m) { robot_->set_base_frame({{0, 0, height_m}, {}}); };
+  raise(0.5);
+  EXPECT_EQ(lower(-0.02).status, CORBOT_NOT_READY);
+  ASSERT_EQ(set({plane("low", 1.0, -1.0)}).status, CORBOT_OK);
+  const Outcome begun = lower(-0.02);
+  ASSERT_EQ(begun.status, CORBOT_OK) << begun.text;
+  robot_->finish(begun.ticket);
+  raise(0.25);
+  EXPECT_EQ(lower(-0.02).status, CORBOT_NOT_READY);
+  robot_->reset_workspace();
+  const Outcome free = lower(-0.02);
+  ASSERT_EQ(free.status, CORBOT_OK) << free.text;
+  robot_->finish(free.ticket);
+  ASSERT_EQ(set({}).status, CORBOT_OK);
+  raise(0.0);
+  EXPECT_EQ(lower(-0.02).status, CORBOT_OK) << "no planes and boxes hold for every base";
 }
 
 /// The same arm with thick links.

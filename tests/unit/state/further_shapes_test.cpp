@@ -35,7 +35,7 @@ class FurtherShapesFile : public ::testing::Test {
     sample_.shapes[sample_.count++] = shape;
   }
   [[nodiscard]] FurtherShapesStore store() const { return {directory_, "lynx5", "ssc32"}; }
-  [[nodiscard]] std::string text() const { return FurtherShapesText::write(sample_, owner_, arm_); }
+  [[nodiscard]] std::string text() const { return FurtherShapesText::write(placed_, owner_, arm_); }
   [[nodiscard]] std::string refusal(const std::string& text) const {
     try {
       (void)FurtherShapesText::read(text, owner_, arm_);
@@ -54,16 +54,19 @@ class FurtherShapesFile : public ::testing::Test {
   const SettingOwner owner_{"lynx5", "ssc32"};
   ArmModel arm_;
   fs::path directory_;
-  FurtherShapes sample_;
+  PlacedShapes placed_{{}, {{0.1, -1.0 / 3.0, 2.0}, {std::cos(0.3), 0.0, 0.0, std::sin(0.3)}}};
+  FurtherShapes& sample_ = placed_.further;
 };
 
 TEST_F(FurtherShapesFile, AreReadToTheLastBitUntilTheyAreRemoved) {
   EXPECT_FALSE(store().load(arm_).has_value()) << "no file, no shapes";
-  store().save(sample_, arm_);
+  store().save(placed_, arm_);
   const auto read = store().load(arm_);
   ASSERT_TRUE(read);
-  EXPECT_EQ(number_of(*read), number_of(sample_));
-  EXPECT_EQ(*read, sample_);
+  EXPECT_EQ(number_of(read->further), number_of(sample_));
+  EXPECT_EQ(read->further, sample_);
+  EXPECT_EQ(read->world_T_base.position_m, placed_.world_T_base.position_m);
+  EXPECT_EQ(read->world_T_base.orientation.z, placed_.world_T_base.orientation.z);
   store().save(std::nullopt, arm_);
   EXPECT_FALSE(store().load(arm_).has_value());
 }
@@ -75,6 +78,11 @@ TEST_F(FurtherShapesFile, ThatNoServantWritesAreRejected) {
   EXPECT_THAT(refusal(changed("0.6, 0, 0.8", "nan, 0, 0.8")), HasSubstr("not a number"));
   EXPECT_THAT(refusal(changed("0.6, 0, 0.8, ", "0.6, 0, 0.8, 3, ")), HasSubstr("must be 4 numbers"));
   EXPECT_THAT(refusal(changed("[0, -0.1, 0, 0.1,", "[0, -0.1, 0, 0,")), HasSubstr("not a box"));
+  EXPECT_THAT(refusal(changed("base = [0.1", "base = [100.1")), HasSubstr("base: not a number"));
+  EXPECT_THAT(refusal(changed("base = [0.1", "base = [0.1, 0.1")), HasSubstr("base: must be 7"));
+  EXPECT_THAT(refusal(changed(", 2, 0.9", ", 2, 0.8")), HasSubstr("base: not a frame"));
+  EXPECT_THAT(refusal(changed("base = ", "place = ")), HasSubstr("base: must be 7"));
+  EXPECT_THAT(refusal(changed("format = 2", "format = 1")), HasSubstr("does not know the format"));
   EXPECT_THAT(refusal(changed("\"slope\"", "\"a b\"")), HasSubstr("name"));
   EXPECT_THAT(refusal(changed("parts = 7", "parts = 64")), HasSubstr("64, allowed 1 to 63"));
   EXPECT_THAT(refusal(changed("parts = 7", "parts = 39")), HasSubstr("39 names none of this arm, or a link"));
@@ -92,7 +100,7 @@ TEST_F(FurtherShapesFile, ThatNoServantWritesAreRejected) {
 TEST_F(FurtherShapesFile, HoldForLinksOfAKnownRadius) {
   arm_.workspace.link_radius_m = {0.02, 0.02, 0.01};
   sample_.shapes[0].parts = kAllParts;
-  EXPECT_EQ(FurtherShapesText::read(text(), owner_, arm_), sample_);
+  EXPECT_EQ(FurtherShapesText::read(text(), owner_, arm_).further, sample_);
   const std::string whole = text();
   arm_.workspace.link_radius_m[2] = 0.0;
   EXPECT_THAT(refusal(whole), HasSubstr("a link without link_radius_m"));
@@ -107,7 +115,7 @@ TEST_F(FurtherShapesFile, WithAnyByteChangedAreRejectedOrSound) {
     std::string damaged = whole;
     damaged[random() % damaged.size()] = static_cast<char>(random());
     try {
-      ASSERT_TRUE(are_sound(FurtherShapesText::read(damaged, owner_, arm_))) << damaged;
+      ASSERT_TRUE(are_sound(FurtherShapesText::read(damaged, owner_, arm_).further)) << damaged;
     } catch (const SettingError&) {
       continue;
     }
