@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "config/profile.h"
@@ -8,18 +9,29 @@
 
 namespace corbot {
 
-/// Returns a fingerprint that servant and real-time task must share: the arm's model, its workspace, and the
-/// device (`kind` of [backend]). A device therefore gets neither position nor Error from the segment of a
-/// simulated arm. The simulator's fingerprint covers model and workspace alone.
-[[nodiscard]] inline std::uint64_t segment_fingerprint(const Profile& profile) {
-  const std::uint64_t model = fingerprint(profile.arm);
-  const bool is_device = profile.backend.kind != "loopback";
-  if (!is_device && profile.arm.workspace.count == 0) return model;
+/// Returns the fingerprint of a simulated arm: model and workspace. Link radii count without shapes, too:
+/// clients' shapes use them.
+[[nodiscard]] inline std::uint64_t segment_fingerprint(const ArmModel& arm) noexcept {
+  const std::uint64_t model = fingerprint(arm);
+  const auto& radii_m = arm.workspace.link_radius_m;
+  const bool is_thin =
+      std::all_of(radii_m.begin(), radii_m.end(), [](double each_m) { return each_m == 0.0; });
+  if (arm.workspace.count == 0 && is_thin) return model;
   Fnv1a hash;
   hash.add(model);
-  if (is_device)
-    for (const char letter : profile.backend.kind) hash.add(static_cast<std::uint64_t>(letter));
-  add(hash, profile.arm.workspace);
+  add(hash, arm.workspace);
+  return hash.value();
+}
+
+/// Returns a fingerprint that servant and real-time task must share: the arm's model, its workspace, and the
+/// device (`kind` of [backend]). A device therefore gets neither position nor Error from the segment of a
+/// simulated arm.
+[[nodiscard]] inline std::uint64_t segment_fingerprint(const Profile& profile) {
+  const std::uint64_t simulated = segment_fingerprint(profile.arm);
+  if (profile.backend.kind == "loopback") return simulated;
+  Fnv1a hash;
+  hash.add(simulated);
+  for (const char letter : profile.backend.kind) hash.add(static_cast<std::uint64_t>(letter));
   return hash.value();
 }
 

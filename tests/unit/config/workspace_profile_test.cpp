@@ -128,12 +128,14 @@ TEST(WorkspaceProfile, TaskAndServantMustHaveTheSameWorkspace) {
   std::set<std::uint64_t> segments, models;
   for (const char* text : {"", "[workspace]\nfloor_m = 0.0\n", "[workspace]\nfloor_m = 0.1\n",
                            "[workspace]\nfloor_m = 0.1\nlink_radius_m = [0.03, 0.02, 0.01]\n",
+                           "[workspace]\nlink_radius_m = [0.03, 0.02, 0.01]\n",
+                           "[workspace]\nlink_radius_m = [0.03, 0.02, 0.02]\n",
                            "[[workspace.plane]]\nname = \"a\"\nnormal = [0, 0, 1]\noffset_m = 0.1\n"}) {
     const Profile profile = with(text);
     segments.insert(segment_fingerprint(profile));
     models.insert(fingerprint(profile.arm));
   }
-  EXPECT_EQ(segments.size(), 5u) << "the floor holds for tool and wrist, the plane for all parts";
+  EXPECT_EQ(segments.size(), 7u) << "the floor holds for tool and wrist, the plane for all parts";
   EXPECT_EQ(models.size(), 1u) << "a saved position stays valid";
 }
 

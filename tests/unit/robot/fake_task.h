@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "corbot/channel/fingerprint.h"
+#include "config/segment_fingerprint.h"
 #include "corbot/channel/wake.h"
 #include "shm/channel_client.h"
 #include "shm/channel_server.h"
@@ -23,9 +23,9 @@ namespace corbot::test {
 struct TaskEnd {
   /// `former`: the segment of the servant that worked with the task before; may be empty.
   TaskEnd(const std::string& name, const ArmModel& arm, Descriptor former = Descriptor())
-      : task(Segment<TaskSegment>::create(name, fingerprint(arm))),
-        stop(Segment<StopSegment>::create(name, fingerprint(arm))),
-        server(name, fingerprint(arm), {}) {
+      : task(Segment<TaskSegment>::create(name, segment_fingerprint(arm))),
+        stop(Segment<StopSegment>::create(name, segment_fingerprint(arm))),
+        server(name, segment_fingerprint(arm), {}) {
     static std::atomic<std::uint64_t> incarnation{0};
     task->incarnation = ++incarnation;
     server.inherit_servant(std::move(former));
