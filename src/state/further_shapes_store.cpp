@@ -47,6 +47,13 @@ std::vector<double> read_numbers(const toml::table& table, std::size_t count, co
   return numbers;
 }
 
+template <class Shapes>
+bool has_name(const Shapes& of, const WorkspaceShape& shape) {
+  const auto end = of.shapes.begin() + static_cast<std::ptrdiff_t>(of.count);
+  return std::any_of(of.shapes.begin(), end,
+                     [&shape](const WorkspaceShape& other) { return other.name == shape.name; });
+}
+
 std::string line_of(const Pose& base) {
   const auto& [p, q] = base;
   return fmt::format("base = [{}]  # position in m, and orientation w, x, y, z\n",
@@ -73,7 +80,7 @@ WorkspaceShape read_shape(const toml::table& table, const ArmModel& arm) {
   const auto bits = static_cast<std::uint32_t>(parts);
   if (!can_hold_for(arm.workspace, parts_of(points_of(arm.kinematics.chain())), bits))
     throw SettingError(
-        fmt::format("parts: {} names none of this arm, or a link without link_radius_m", parts));
+        fmt::format("parts {}: none of this arm, or a link without link_radius_m", part_names(bits)));
   const auto kind = static_cast<ShapeKind>(found - kKinds.begin());
   ShapeNumbers numbers;
   if (kind == ShapeKind::kPlane) {
@@ -115,11 +122,12 @@ PlacedShapes FurtherShapesText::read(std::string_view text, const SettingOwner& 
     const toml::table* one = node.as_table();
     if (one == nullptr) throw SettingError("shapes: not a table");
     const WorkspaceShape shape = read_shape(*one, arm);
-    // The profile may have got a shape of this name since. Both hold.
-    const auto end = further.shapes.begin() + static_cast<std::ptrdiff_t>(further.count);
-    if (std::any_of(further.shapes.begin(), end,
-                    [&shape](const WorkspaceShape& other) { return other.name == shape.name; }))
+    if (has_name(further, shape))
       throw SettingError(fmt::format("name: '{}' is the name of another plane or box", shape.name.data()));
+    // The profile may have got a shape of this name since.
+    if (has_name(arm.workspace, shape))
+      throw SettingError(fmt::format("'{}' is also the name of a plane or box of the profile's [workspace]",
+                                     shape.name.data()));
     further.shapes[further.count++] = shape;
   }
   if (!are_sound(further)) throw SettingError("shapes: a normal is no unit vector");

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "corbot/arm/workspace_limits.h"
 #include "corbot/kinematics/arm_parts.h"
@@ -20,6 +21,14 @@ namespace corbot {
     has_one = true;
   }
   return has_one && parts <= kAllParts;
+}
+
+/// Returns the names of parts, "tool, elbow". Not real-time safe.
+[[nodiscard]] inline std::string part_names(std::uint32_t parts) {
+  std::string text;
+  for (std::size_t part = 0; part < kArmParts; ++part)
+    if ((parts & bit_of(part)) != 0) text += (text.empty() ? "" : ", ") + std::string(kPartNames[part]);
+  return text;
 }
 
 }  // namespace corbot

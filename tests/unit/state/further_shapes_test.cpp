@@ -85,9 +85,12 @@ TEST_F(FurtherShapesFile, ThatNoServantWritesAreRejected) {
   EXPECT_THAT(refusal(changed("format = 2", "format = 1")), HasSubstr("does not know the format"));
   EXPECT_THAT(refusal(changed("\"slope\"", "\"a b\"")), HasSubstr("name"));
   EXPECT_THAT(refusal(changed("parts = 7", "parts = 64")), HasSubstr("64, allowed 1 to 63"));
-  EXPECT_THAT(refusal(changed("parts = 7", "parts = 39")), HasSubstr("39 names none of this arm, or a link"));
+  EXPECT_THAT(refusal(changed("parts = 7", "parts = 39")),
+              HasSubstr("tool, wrist, elbow, hand: none of this arm, or a link"));
   EXPECT_THAT(refusal(changed("\"cage\"", "\"post\"")), HasSubstr("'post' is the name of another"));
-  EXPECT_EQ(refusal(changed("\"cage\"", "\"floor\"")), "") << "a profile that got this name later";
+  EXPECT_EQ(arm_.workspace.count, 1u);
+  EXPECT_EQ(refusal(changed("\"cage\"", "\"floor\"")),
+            "'floor' is also the name of a plane or box of the profile's [workspace]");
   EXPECT_THAT(refusal(changed("kind = \"in\"", "kind = \"on\"")), HasSubstr("kind"));
   std::string line = text();
   line = line.substr(line.find("  { name = \"cage\""));
