@@ -56,7 +56,7 @@ def test_a_workspace_is_read_as_it_was_set(arm: corbot.Arm) -> None:
         arm.drive(1, -2, speed=40)
     with pytest.raises(corbot.BadParameter, match="9 planes and boxes, allowed at most 8"):
         arm.set_workspace([corbot.Shape.plane(f"p{k}", (0, 0, 1), -1) for k in range(9)])
-    with pytest.raises(corbot.BadParameter, match="parts 32: the profile gives no link_radius_m"):
+    with pytest.raises(corbot.BadParameter, match="parts hand: the profile gives no link_radius_m"):
         arm.set_workspace([corbot.Shape.plane("p", (0, 0, 1), -1, parts=["hand"])])
     with pytest.raises(ValueError, match="'foot' is no kind"):
         arm.set_workspace([corbot.Shape.plane("p", (0, 0, 1), -1, parts=["foot"])])

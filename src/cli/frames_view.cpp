@@ -6,10 +6,9 @@
 
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "cli/joint_view.h"
-#include "corbot/kinematics/arm_parts.h"
+#include "corbot/arm/shape_parts.h"
 
 namespace corbot::cli {
 namespace {
@@ -35,13 +34,7 @@ std::string shape_text(const Corbot::WorkspaceShape& shape, const char* origin) 
     text += fmt::format("{} {} to {} m", shape.kind == Corbot::ShapeInside ? "within" : "out of",
                         point_text(shape.least), point_text(shape.greatest));
   }
-  const char* before = ", for ";
-  for (std::size_t part = 0; part < kArmParts; ++part) {
-    if ((shape.parts & bit_of(part)) == 0) continue;
-    text += std::exchange(before, ", ");
-    text += kPartNames[part];
-  }
-  return text + '\n';
+  return text + ", for " + part_names(shape.parts) + '\n';
 }
 
 struct Joint {

@@ -122,7 +122,8 @@ Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
 Failure explain(const Corbot::BadParameter& e) {
   // The interface calls a joint "articulation"; the reason contains the joint's number.
   const std::string_view parameter = e.parameter.in();
-  if (parameter == "articulation" || names(e.reason.in(), parameter))
+  // So does that of a plane or box, with its name.
+  if (parameter == "articulation" || parameter == "workspace" || names(e.reason.in(), parameter))
     return {ExitCode::kRefused, fmt::format("refused: {}; this command moved nothing",
                                             without_full_stop(printable(e.reason.in())))};
   return {ExitCode::kRefused,

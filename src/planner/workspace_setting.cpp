@@ -65,11 +65,17 @@ std::optional<PlanRefusal> check_parts(const ArmModel& arm, std::uint32_t parts)
         parts, 1, allowed,
         fmt::format("parts {}: the profile gives no link_radius_m for links, so the parts of this "
                     "arm are {}",
-                    parts, allowed));
+                    part_names(parts), part_names(allowed)));
   }
-  return bad_shape(parts, 1, allowed,
-                   fmt::format("parts {}: a sum of {} that names a part of this arm, which has {}", parts,
-                               "1 tool, 2 wrist, 4 elbow, 8 upper arm, 16 forearm and 32 hand", allowed));
+  if (parts != 0 && parts <= kAllParts) {
+    return bad_shape(parts, 1, allowed,
+                     fmt::format("parts {}: none is a part of this arm, which has {}", part_names(parts),
+                                 part_names(allowed)));
+  }
+  return bad_shape(
+      parts, 1, allowed,
+      fmt::format("parts {}: a sum of {} that names a part of this arm, which has {}", parts,
+                  "1 tool, 2 wrist, 4 elbow, 8 upper arm, 16 forearm and 32 hand", part_names(allowed)));
 }
 
 }  // namespace

@@ -232,7 +232,10 @@ TEST_F(Motions, PlanesAndBoxesAreSetShownAndRemoved) {
   const RunResult refused = corbot({"drive", "1", "-10", "60"});
   EXPECT_EQ(refused.code, 1);
   EXPECT_THAT(refused.errors, HasSubstr("below 'low'"));
-  EXPECT_EQ(corbot({"drive", "1", "-10", "60", "--dry-run"}).code, 1);
+  EXPECT_EQ(corbot({"drive", "1", "-10", "60", "--dry-run"}).errors, refused.errors);
+  EXPECT_THAT(corbot({"workspace", "wide", "0", "0", "1", "-1", "--parts", "tool,links"}).errors,
+              ::testing::StartsWith(
+                  "corbot: refused: 'wide': parts tool, upper arm, forearm, hand: the profile gives no"));
   EXPECT_THAT(corbot({"workspace", "low", "0", "0", "1", "0.5"}).errors,
               HasSubstr("beyond the wanted 'low'"));
   EXPECT_THAT(corbot({"workspace", "wall", "--remove"}).errors, HasSubstr("no plane or box 'wall'"));

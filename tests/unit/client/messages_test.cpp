@@ -124,6 +124,12 @@ TEST(Message, ABreachOfTheWorkspaceIsASentence) {
                "refused: the wrist would be 12 mm below 'floor'; this command moved nothing");
 }
 
+TEST(Message, ARefusedPlaneOrBoxIsASentenceWithoutItsParameter) {
+  EXPECT_STREQ(
+      failure_of(Corbot::BadParameter("workspace", 57, "'low': parts tool, hand: none of this arm")).what(),
+      "refused: 'low': parts tool, hand: none of this arm; this command moved nothing");
+}
+
 TEST(Message, ALimitHasTheUnitOfItsJointWhereThatIsKnown) {
   const auto text = [](const char* quantity, std::optional<Corbot::JointKind> kind) {
     std::optional<Corbot::JointInfo> joint;

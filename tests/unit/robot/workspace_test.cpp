@@ -107,7 +107,11 @@ TEST_F(RunTimeWorkspace, IsRefusedWithValueAndLimit) {
   EXPECT_EQ(text(plane("a", 1.0, -101.0)), "'a': the offset -101 m, allowed -100 to 100 m");
   EXPECT_EQ(text(plane("a", 1.0, kNan)), "'a': the offset nan m, allowed -100 to 100 m");
   EXPECT_THAT(text(plane("a", 1.0, -1.0, 0)), HasSubstr("parts 0"));
-  EXPECT_THAT(text(plane("a", 1.0, -1.0, 8)), HasSubstr("gives no link_radius_m"));
+  EXPECT_EQ(
+      text(plane("a", 1.0, -1.0, 1 + 16 + 32)),
+      "'a': parts tool, forearm, hand: the profile gives no link_radius_m for links, so the parts of this "
+      "arm are tool, wrist, elbow");
+  EXPECT_THAT(text(plane("a", 1.0, -1.0, 64)), HasSubstr("parts 64: a sum of 1 tool"));
   EXPECT_THAT(text(plane("a b", 1.0, -1.0)), HasSubstr("1 to 32 ASCII letters"));
   EXPECT_EQ(text(box("a", {0, 0, 0.2}, {1, 1, 0.2})),
             "'a': a box from 0.2 to 0.2 m along z: the second must be greater");
