@@ -5,7 +5,7 @@ import { parseJson } from "./state.js";
 import { authorization, isTimeout, type Target, TIMEOUT_MS } from "./stop.js";
 import { T } from "./texts.js";
 
-/// The body of POST /api/call, without the robot or cell.
+/// The body of POST /api/call, without the robot or cell and the number of its Stops.
 export interface Order {
   do: string;
   percent?: number;
@@ -32,18 +32,21 @@ export function readCallReply(status: number, body: string): string {
   return status === 200 ? T.callUnclear : T.callRefused(status, body.trim());
 }
 
-/// Makes a call, once. The reply does not wait for a motion.
-export function call(token: string, target: Target, order: Order, send = fetch): Promise<string> {
-  return post("/api/call", token, { ...target, ...order }, send);
+/// Makes a call, once. The reply does not wait for a motion. The panel refuses a motion if it has received
+/// another number of Stops than `stops`.
+export function call(token: string, target: Target, stops: number, order: Order,
+                     send = fetch): Promise<string> {
+  return post("/api/call", token, { ...target, stops, ...order }, send);
 }
 
 /// The panel refuses a larger body of a request.
 const MOST_PROGRAM_BYTES = 65_536;
 
 /// Starts a program. Returns "" if the panel has found no fault and has started it, otherwise the reason.
-export async function runProgram(token: string, robot: string, program: Program,
+/// `stops` is as for a call.
+export async function runProgram(token: string, robot: string, stops: number, program: Program,
                                  send = fetch): Promise<string> {
-  const body = { robot, name: program.name, text: program.text };
+  const body = { robot, stops, name: program.name, text: program.text };
   const bytes = new TextEncoder().encode(JSON.stringify(body)).length;
   if (bytes > MOST_PROGRAM_BYTES) return T.programTooLarge(bytes, MOST_PROGRAM_BYTES);
   return post("/api/program", token, body, send);

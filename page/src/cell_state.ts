@@ -75,6 +75,7 @@ export interface CellState {
 export interface CellUpdate {
   cell: string;
   connection: number;
+  stops: number; // that the panel has received for the cell
   state: CellState | null;
   text: string;
 }
@@ -123,7 +124,8 @@ export function parseCellUpdate(message: string): CellUpdate | null {
   const data = object(parseJson(message));
   if (typeof data.cell !== "string" || typeof data.number !== "number") return null;
   const state = data.connected === true ? cellState(data) : null;
-  return { cell: data.cell, connection: number(data.connection), state, text: text(data.text) };
+  return { cell: data.cell, connection: number(data.connection), stops: number(data.stops), state,
+           text: text(data.text) };
 }
 
 /// Returns the middle of a range of hues, which may pass through 0.

@@ -111,15 +111,21 @@ class Page {
 
   /// Sends nothing to a robot whose present state is not shown.
   private async drive(robot: string, order: Order): Promise<string> {
-    return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : call(this.token, { robot }, order);
+    const update = this.newest.update(robot);
+    if (!update || this.isOld(robot, NO_DRIVE_AFTER_S)) return T.stateIsOld;
+    return call(this.token, { robot }, update.stops, order);
   }
 
   private async runProgram(robot: string, program: Program): Promise<string> {
-    return this.isOld(robot, NO_DRIVE_AFTER_S) ? T.stateIsOld : runProgram(this.token, robot, program);
+    const update = this.newest.update(robot);
+    if (!update || this.isOld(robot, NO_DRIVE_AFTER_S)) return T.stateIsOld;
+    return runProgram(this.token, robot, update.stops, program);
   }
 
   private async driveCell(cell: string, order: Order): Promise<string> {
-    return this.isCellOld(cell) ? T.stateIsOld : call(this.token, { cell }, order);
+    const last = this.cellUpdates.get(cell);
+    if (!last || this.isCellOld(cell)) return T.stateIsOld;
+    return call(this.token, { cell }, last.update.stops, order);
   }
 
   private takeCell(update: CellUpdate): void {

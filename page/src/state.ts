@@ -67,6 +67,7 @@ export interface Update {
   robot: string;
   number: number;
   connection: number;
+  stops: number; // that the panel has received for the robot
   arm: ArmState | null;
   program: ProgramState | null; // null: there was none
   text: string;
@@ -184,6 +185,7 @@ export function parseUpdate(message: string): Update | null {
     robot: data.robot,
     number: data.number,
     connection: number(data.connection),
+    stops: number(data.stops),
     arm: data.connected === true ? armState(data) : null,
     program: programState(data.program),
     text: text(data.text),

@@ -6,27 +6,27 @@ import { call, readCallReply } from "../src/call.js";
 import { readNumber } from "../src/controls.js";
 import { T } from "../src/texts.js";
 
-test("A call is one request with the token, the robot and the order", async () => {
+test("A call is one request with the token, the robot, its Stops and the order", async () => {
   const sent: [string, RequestInit][] = [];
   const send = (url: unknown, init: RequestInit = {}): Promise<Response> => {
     sent.push([String(url), init]);
     return Promise.resolve(new Response('{"done": true}'));
   };
   const left = { robot: "left" };
-  assert.equal(await call("secret", left, { do: "speed", percent: 50 }, send as typeof fetch), "");
+  assert.equal(await call("secret", left, 3, { do: "speed", percent: 50 }, send as typeof fetch), "");
   assert.equal(sent.length, 1);
   const [url, init] = sent[0] ?? ["", {}];
   assert.equal(url, "/api/call");
   assert.equal(init.method, "POST");
   assert.equal((init.headers as Record<string, string>).Authorization, "Bearer secret");
-  assert.deepEqual(JSON.parse(String(init.body)), { robot: "left", do: "speed", percent: 50 });
+  assert.deepEqual(JSON.parse(String(init.body)), { robot: "left", stops: 3, do: "speed", percent: 50 });
 });
 
 test("A call that moves an arm is never sent twice", async () => {
   let tries = 0;
   const send = (): Promise<Response> => Promise.reject(new Error(`cut ${++tries}`));
   const left = { robot: "left" };
-  assert.equal(await call("secret", left, { do: "ready" }, send), T.callUndelivered("Error: cut 1"));
+  assert.equal(await call("secret", left, 0, { do: "ready" }, send), T.callUndelivered("Error: cut 1"));
   assert.equal(tries, 1);
 });
 

@@ -43,8 +43,8 @@ test("A range of hues may pass through 0", () => {
 test("Only a message with a cell is one of a cell", () => {
   assert.equal(parseCellUpdate('{"robot": "a", "number": 1}'), null);
   assert.equal(parseCellUpdate("{"), null);
-  const lost = parseCellUpdate('{"cell": "c", "number": 1, "connected": false, "text": "gone"}');
-  assert.deepEqual([lost?.cell, lost?.state, lost?.text], ["c", null, "gone"]);
+  const lost = parseCellUpdate('{"cell": "c", "number": 1, "connected": false, "stops": 2, "text": "gone"}');
+  assert.deepEqual([lost?.cell, lost?.state, lost?.stops, lost?.text], ["c", null, 2, "gone"]);
   assert.deepEqual(parseCells("[]"), []);
 });
 

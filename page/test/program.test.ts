@@ -12,24 +12,24 @@ const STATE = {
   remark: "",
 };
 
-test("A program is one request with the token, the robot, the name and the text", async () => {
+test("A program is one request with the token, the robot, its Stops, the name and the text", async () => {
   const sent: [string, RequestInit][] = [];
   const send = (url: unknown, init: RequestInit = {}): Promise<Response> => {
     sent.push([String(url), init]);
     return Promise.resolve(new Response('{"done": true, "commands": 1}'));
   };
   const program = { name: "p.corbot", text: "ready\n" };
-  assert.equal(await runProgram("secret", "left", program, send as typeof fetch), "");
+  assert.equal(await runProgram("secret", "left", 3, program, send as typeof fetch), "");
   assert.equal(sent.length, 1);
   const [url, init] = sent[0] ?? ["", {}];
   assert.equal(url, "/api/program");
   assert.equal((init.headers as Record<string, string>).Authorization, "Bearer secret");
-  assert.deepEqual(JSON.parse(String(init.body)), { robot: "left", ...program });
+  assert.deepEqual(JSON.parse(String(init.body)), { robot: "left", stops: 3, ...program });
 });
 
 test("A program that the panel would refuse for its size is not sent", async () => {
   const send = (): Promise<Response> => Promise.reject(new Error("sent"));
-  const reason = await runProgram("secret", "left", { name: "p", text: "\n".repeat(32_768) }, send);
+  const reason = await runProgram("secret", "left", 0, { name: "p", text: "\n".repeat(32_768) }, send);
   assert.match(reason, /at most 65536/);
 });
 

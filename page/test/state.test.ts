@@ -8,7 +8,7 @@ import { fragmentValue } from "../src/token.js";
 /// A message as the panel sends it.
 function message(number: number, changes: object = {}): string {
   return JSON.stringify({
-    robot: "arm", number, connection: 1, connected: true, cycle: 7, time_s: 100, age_s: 0.01,
+    robot: "arm", number, connection: 1, stops: 2, connected: true, cycle: 7, time_s: 100, age_s: 0.01,
     state: "Waiting", paused: false, override_percent: 50,
     joints: [1, 2], commanded: [1.5, 2.5], speeds: [10, 0],
     tool: { position_m: [0.1, 0.2, 0.3], orientation_wxyz: [1, 0, 0, 0] },
@@ -29,7 +29,8 @@ function update(number: number, changes: object = {}): Update {
 }
 
 test("A state is read", () => {
-  const { arm } = update(1);
+  const { arm, stops } = update(1);
+  assert.equal(stops, 2);
   assert.deepEqual(arm?.measured, [1, 2]);
   assert.deepEqual(arm?.commanded, [1.5, 2.5]);
   assert.deepEqual(arm?.motion, { ticket: 3, progress: 0.5, duration_s: 2 });
@@ -75,7 +76,8 @@ test("The last state stays and ages while the robot is lost", () => {
   const newest = new Newest();
   newest.put(update(1), 1000);
   assert.ok(Math.abs(newest.age_s("arm", 3000) - 2.01) < 1e-9);
-  newest.put({ robot: "arm", number: 2, connection: 1, arm: null, program: null, text: "gone" }, 4000);
+  newest.put(
+    { robot: "arm", number: 2, connection: 1, stops: 0, arm: null, program: null, text: "gone" }, 4000);
   assert.equal(newest.update("arm")?.text, "gone");
   assert.equal(newest.arm("arm")?.state, "Waiting");
   assert.ok(Math.abs(newest.age_s("arm", 5000) - 4.01) < 1e-9);

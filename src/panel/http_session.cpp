@@ -28,6 +28,7 @@ constexpr const char* kJson = "application/json";
 constexpr std::string_view kCells = "/api/cells/";
 constexpr std::string_view kPicture = "/picture";
 constexpr std::string_view kProgram = "/api/program";
+constexpr const char* kOvertaken = "a Stop came before it arrived; send it again if the arm may move";
 constexpr const char* kMayNotDrive = "this token allows to watch and to stop: open the URL to drive";
 /// The page runs only its own scripts, connects only to this server, and cannot be embedded in another page.
 constexpr const char* kContentPolicy =
@@ -44,6 +45,15 @@ bool is_foreign(const http::fields& fields, const std::vector<std::string>& more
   if (fields.count(http::field::host) != 1 || !is_host_allowed(host, more_hosts)) return true;
   const std::size_t origins = fields.count(http::field::origin);
   return origins > 1 || (origins == 1 && !is_same_origin(view(fields[http::field::origin]), host));
+}
+
+/// Removes the number of Stops that the sender knew. Returns whether a Stop has come since.
+bool is_overtaken(const Watch& watch, json& body) {
+  const auto known = body.find("stops");
+  if (known == body.end()) return false;
+  const bool is_overtaken = *known != watch.stops_requested();
+  body.erase(known);
+  return is_overtaken;
 }
 
 }  // namespace
@@ -127,15 +137,17 @@ void HttpSession::take_stop(const Request& request) {
 
 void HttpSession::take_call(const Request& request) {
   if (!may_drive(request)) return refuse(Status::forbidden, kMayNotDrive);
-  const json body = json::parse(request.body(), nullptr, false);
+  json body = json::parse(request.body(), nullptr, false);
   Watch* const watch = hub_.find(body);
   if (watch == nullptr)
     return refuse_call(Status::bad_request,
                        "write {\"robot\": NAME, \"do\": …} with a robot of this panel, or {\"cell\": NAME, "
                        "\"do\": …} with a cell of it");
+  const bool was_overtaken = is_overtaken(*watch, body);
   try {
-    call_ = watch->request_call(watch->is_for(Watched::kCell) ? Order(cell_request(body))
-                                                              : Order(call_request(body)));
+    Order order = watch->is_for(Watched::kCell) ? Order(cell_request(body)) : Order(call_request(body));
+    if (was_overtaken && starts_motion(order)) return refuse_call(Status::conflict, kOvertaken);
+    call_ = watch->request_call(std::move(order));
   } catch (const client::Failure& failure) {
     return refuse_call(Status::bad_request, failure.what());
   }
@@ -147,12 +159,13 @@ void HttpSession::take_call(const Request& request) {
 
 void HttpSession::take_program(const Request& request) {
   if (!may_drive(request)) return refuse(Status::forbidden, kMayNotDrive);
-  const json body = json::parse(request.body(), nullptr, false);
+  json body = json::parse(request.body(), nullptr, false);
   Watch* const watch = hub_.find(body);
   if (watch == nullptr || !watch->is_for(Watched::kRobot))
     return refuse_call(
         Status::bad_request,
         "write {\"robot\": NAME, \"name\": FILE, \"text\": PROGRAM} with a robot of this panel");
+  if (is_overtaken(*watch, body)) return refuse_call(Status::conflict, kOvertaken);
   try {
     client::Program program = program_request(body);
     const std::size_t count = program.statements.size();

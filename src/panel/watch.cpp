@@ -68,6 +68,11 @@ Watch::StopResult Watch::last_stop() const {
   return last_stop_;
 }
 
+std::uint64_t Watch::stops_requested() const {
+  const std::lock_guard lock(mutex_);
+  return stops_requested_;
+}
+
 std::shared_ptr<const Watch::Call> Watch::request_call(Order order) {
   const std::lock_guard lock(mutex_);
   if (call_) return nullptr;
@@ -90,6 +95,7 @@ void Watch::publish(nlohmann::json state) {
     const std::lock_guard lock(mutex_);
     state["number"] = ++newest_.number;
     state["connection"] = connections_;
+    state["stops"] = stops_requested_;
     newest_.text = std::make_shared<const std::string>(
         state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }

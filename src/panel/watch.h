@@ -74,6 +74,8 @@ class Watch {
   /// compared with last_stop().
   std::uint64_t request_stop();
   [[nodiscard]] StopResult last_stop() const;
+  /// Returns the number of the Stop that was requested last. All states have it as "stops".
+  [[nodiscard]] std::uint64_t stops_requested() const;
 
   /// Requests a call and does not wait. Returns null if another call is in progress. A Stop that is requested
   /// before the call has ended also stops the motion that the call starts.

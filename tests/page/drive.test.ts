@@ -22,7 +22,7 @@ pageTest("The buttons drive the robot that is shown", async (panel, browser) => 
   for (const [i, name] of [T.ready, T.openGripper, T.closeGripper, T.clear, T.acquire, T.release].entries()) {
     await tab.click(`.drive .buttons button:nth-child(${i + 1})`);
     await tab.untilText(OUTCOME, T.done(name));
-    assert.deepEqual(panel.calls.at(-1), { robot: "right", do: names[i] });
+    assert.deepEqual(panel.calls.at(-1), { robot: "right", stops: 0, do: names[i] });
   }
   assert.deepEqual(tab.errors, []);
 });
@@ -34,7 +34,8 @@ pageTest("A typed point is sent in metres, by the keyboard alone", async (panel,
     await tab.type(`#point-${axis}`, value ?? "");
   await tab.key("Enter");
   await tab.untilText(OUTCOME, T.done(T.moveTo));
-  assert.deepEqual(panel.calls, [{ robot: "left", do: "move", to_m: [0.2, -0.05, 0.1], time_s: 2.5 }]);
+  assert.deepEqual(panel.calls,
+                   [{ robot: "left", stops: 0, do: "move", to_m: [0.2, -0.05, 0.1], time_s: 2.5 }]);
   assert.deepEqual(panel.stops, []);
 });
 
@@ -70,12 +71,12 @@ pageTest("Speed, gripper and override are sent in percent", async (panel, browse
     await tab.type(`#${what}-percent`, String(percent));
     await tab.key("Enter");
     await tab.untilText(OUTCOME, T.done(what === "speed" ? T.speed : T.gripper));
-    assert.deepEqual(panel.calls.at(-1), { robot: "left", do: what, percent });
+    assert.deepEqual(panel.calls.at(-1), { robot: "left", stops: 0, do: what, percent });
   }
   await tab.run(() => document.querySelector<HTMLElement>("#override")?.focus());
   await tab.key("ArrowLeft");
   await tab.untilText(OUTCOME, T.done(T.override));
-  assert.deepEqual(panel.calls.at(-1), { robot: "left", do: "override", percent: 99 });
+  assert.deepEqual(panel.calls.at(-1), { robot: "left", stops: 0, do: "override", percent: 99 });
   panel.robot("left").override_percent = 30; // another client's
   await tab.until(() => document.querySelector<HTMLInputElement>("#override")?.value === "30");
 });

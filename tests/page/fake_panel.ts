@@ -47,12 +47,13 @@ export class FakeRobot {
   override_percent = 100;
   program: Data | null = null;
   number = 0;
+  stops = 0;
 
   constructor(readonly name: string) {}
 
   tick(): string {
     if (this.state === "Waiting") this.joints_deg[0] = (this.joints_deg[0] ?? 0) + 20 * TICK_MS / 1000;
-    const head = { robot: this.name, number: ++this.number, connection: this.connections,
+    const head = { robot: this.name, number: ++this.number, connection: this.connections, stops: this.stops,
                    program: this.program };
     if (!this.isConnected) return JSON.stringify({ ...head, connected: false, text: "no servant at ::1" });
     const angle = (this.joints_deg[0] ?? 0) * Math.PI / 180;
@@ -184,7 +185,10 @@ export class FakePanel {
     this.stops.push(body);
     const wanted = body === "" ? undefined : (JSON.parse(body) as Data).robot;
     const stopped = this.robots.filter(({ name }) => wanted === undefined || name === wanted);
-    for (const robot of stopped) robot.state = "Standby";
+    for (const robot of stopped) {
+      robot.state = "Standby";
+      ++robot.stops;
+    }
     return stopped.map(({ name }) => ({ robot: name, stopped: true }));
   }
 

@@ -22,7 +22,7 @@ pageTest("A pasted program is sent, and its line is shown to all", async (panel,
     remark: "",
   };
   for (const one of [tab, watcher]) await one.untilText(STATE, T.programRuns(T.pasted, 1, "ready"));
-  assert.deepEqual(panel.programs, [{ robot: "left", name: T.pasted, text: "ready" }]);
+  assert.deepEqual(panel.programs, [{ robot: "left", stops: 0, name: T.pasted, text: "ready" }]);
   await tab.key("Escape");
   await tab.untilText(".stop-bar [role=alert]", T.stopped("left"));
 });

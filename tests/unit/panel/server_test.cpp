@@ -264,6 +264,37 @@ TEST_F(PanelServer, AStopEndsAProgramAndNoOtherProgramBeginsBefore) {
   EXPECT_EQ(program_at(port, "one", "done")["text"], "");
 }
 
+// On its way a request may be delayed for seconds, so that a Stop of the same page overtakes it.
+TEST_F(PanelServer, AStopPrecedesAMotionThatItHasOvertaken) {
+  const int port = start(true);
+  Page page(port);
+  const auto stops_of = [&](const char* key) {
+    json state = page.read_until(key);
+    while (state.is_object() && state[key] != "one") state = page.read_until(key);
+    return state.value("stops", json());
+  };
+  EXPECT_EQ(stops_of("robot"), 0);
+  const auto begin = [&](const std::string& robot, int stops) {
+    const json body{{"robot", robot}, {"name", "p"}, {"text", "ready"}, {"stops", stops}};
+    return program(port, body.dump());
+  };
+  EXPECT_EQ(Browser(port).post("/api/stop", R"({"robot": "one"})").result(), http::status::ok);
+  EXPECT_EQ(Browser(port).post("/api/stop", R"({"cell": "one"})").result(), http::status::ok);
+  for (const Response& refused :
+       {begin("one", 0), call(port, R"({"robot": "one", "do": "ready", "stops": 0})"),
+        call(port, R"({"cell": "one", "do": "start", "stops": 0})")}) {
+    EXPECT_EQ(refused.result(), http::status::conflict) << refused.body();
+    EXPECT_THAT(refused.body(), HasSubstr("a Stop came before it arrived"));
+  }
+  EXPECT_EQ(one_->calls() + cell_->calls(), "");
+  EXPECT_EQ(call(port, R"({"robot": "one", "do": "clear", "stops": 0})").result(), http::status::ok);
+  EXPECT_EQ(begin("two", 0).result(), http::status::ok);
+  ASSERT_TRUE(wait_until([&] { return stops_of("robot") == 1 && stops_of("cell") == 1; }));
+  EXPECT_EQ(call(port, R"({"cell": "one", "do": "start", "stops": 1})").result(), http::status::ok);
+  EXPECT_EQ(begin("one", 1).result(), http::status::ok);
+  EXPECT_EQ(program_at(port, "one", "done")["text"], "");
+}
+
 TEST_F(PanelServer, AProgramThatFailsSaysItsLine) {
   const int port = start();
   ASSERT_TRUE(wait_until([&] { return one_->polls() > 0; }));
