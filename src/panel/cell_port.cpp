@@ -160,9 +160,7 @@ json CellPort::connect() {
                     fmt::format("the coordinator at {} is of cell '{}': name the cell by its directory", uri,
                                 printable(name.in())));
   });
-  last_event_ = 0;
-  events_.clear();
-  pieces_.clear();
+  is_ledger_checked_ = false;
   if (!looks_.joinable()) looks_ = std::thread([this] { run_looks(); });
   json places = json::array();
   for (const cell::Place& place : cell_.places) {
@@ -193,6 +191,7 @@ json CellPort::state() {
     state["store"] = "";
   } catch (const Failure& failure) {
     state["store"] = failure.what();
+    is_ledger_checked_ = false;
   }
   state["pieces"] = pieces();
   state["events"] = events_;
@@ -206,6 +205,7 @@ void CellPort::read_store(json& state) {
   state["places"] = list_of(places.in());
   const Corbot::PieceEvents_var unclear = store_->Unclear();
   state["unclear"] = list_of(unclear.in());
+  if (!std::exchange(is_ledger_checked_, true)) forget_other_ledger();
   for (;;) {
     const Corbot::PieceEvents_var events = store_->History(0, last_event_);
     if (events->length() == 0) break;
@@ -213,6 +213,15 @@ void CellPort::read_store(json& state) {
     drop_old_events();
   }
   drop_old_events();
+}
+
+void CellPort::forget_other_ledger() {
+  if (last_event_ == 0) return;
+  const Corbot::PieceEvents_var events = store_->History(0, last_event_ - 1);
+  if (events->length() > 0 && events.in()[0].time == last_time_s_) return;
+  last_event_ = 0;
+  events_.clear();
+  pieces_.clear();
 }
 
 void CellPort::drop_old_events() {
@@ -223,6 +232,7 @@ void CellPort::drop_old_events() {
 
 void CellPort::take(const Corbot::PieceEvent& event) {
   last_event_ = event.number;
+  last_time_s_ = event.time;
   json data = data_of(event);
   events_.push_back(data);
   const bool is_in_area = event.step == Corbot::StepWithdrawn && event.where.slot < 0;

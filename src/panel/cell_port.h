@@ -35,6 +35,8 @@ class CellPort : public Port {
   void tell_coordinator(CellAction action);
   void tell_store(const CellRequest& request);
   void read_store(nlohmann::json& state);
+  /// Makes the next read begin at the first event if the store's ledger is not the one that was read before.
+  void forget_other_ledger();
   void drop_old_events();
   void take(const Corbot::PieceEvent& event);
   void run_looks();
@@ -46,7 +48,9 @@ class CellPort : public Port {
   // Only the polling thread uses these members.
   Corbot::Coordinator_var coordinator_;
   Corbot::Store_var store_;
-  CORBA::ULongLong last_event_{0};
+  bool is_ledger_checked_{false};   // since connect() or a failure
+  CORBA::ULongLong last_event_{0};  // that was read
+  double last_time_s_{0};           // of that event
   std::deque<nlohmann::json> events_;
   std::map<CORBA::ULongLong, nlohmann::json> pieces_;
 
