@@ -63,6 +63,19 @@ cellTest("A stopped robot goes on when a person has confirmed it on the page", 2
   assert.deepEqual(tab.errors, []);
 });
 
+cellTest("A full pallet is exchanged when a person has confirmed it on the page", 1, async (rig, browser) => {
+  const tab = await browser.open(rig.drive);
+  await tab.untilText(".need", T.isFull("pallet2"));
+  await tab.untilText(".need button", T.isEmptied("pallet2"));
+  await tab.click(".need button");
+  await tab.untilText(".need .means", T.isEmptiedMeans("pallet2"));
+  assert.equal(await tab.count(".piece[data-place=pallet2]"), 1); // nothing is done without a confirmation
+  await tab.click(".need button:first-child");
+  await tab.until(() => document.querySelector(".need") === null);
+  await tab.until(() => document.querySelector(".piece[data-place=pallet2]") === null);
+  assert.deepEqual(tab.errors, []);
+}, { isSmall: true });
+
 cellTest("A person who only watches may stop a cell, and sees that it has ended", 2, async (rig, browser) => {
   const tab = await browser.open(rig.watch, { width: 390, height: 844 });
   await tab.untilText(".cell .hint", T.watchOnly);
@@ -84,4 +97,4 @@ cellTest("A panel of 'corbot cell run' shows the cell until its work is done", 1
   await untilPlaced(tab, "pallet2", 1);
   assert.equal(await rig.verdict(), "0 elsewhere");
   await tab.untilText(".link.bad", T.panelLost);
-}, true);
+}, { isRun: true });

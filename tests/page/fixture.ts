@@ -56,7 +56,9 @@ export function rigTest(name: string, body: (rig: Rig, browser: Browser) => Prom
 }
 
 /// A test with a real panel and a cell in simulation that brings so many pieces. `isRun`: by `cell run`.
+/// `isSmall`: its last place has one slot.
 export function cellTest(name: string, pieces: number,
-                         body: (rig: CellRig, browser: Browser) => Promise<void>, isRun = false): void {
-  browserTest(name, whyNoCell(), false, () => new CellRig(pieces, isRun), body);
+                         body: (rig: CellRig, browser: Browser) => Promise<void>,
+                         { isRun = false, isSmall = false } = {}): void {
+  browserTest(name, whyNoCell(), false, () => new CellRig(pieces, isRun, isSmall), body);
 }

@@ -3,7 +3,7 @@
 
 import { type ChildProcess, spawn } from "node:child_process";
 import { once } from "node:events";
-import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { cpSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer, type AddressInfo } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -127,11 +127,22 @@ export class CellRig {
   watch = ""; // the panel's URLs
   drive = "";
 
-  constructor(private readonly pieces: number, private readonly isRun: boolean) {}
+  /// `isSmall`: the last place has one slot.
+  constructor(private readonly pieces: number, private readonly isRun: boolean,
+              private readonly isSmall = false) {}
+
+  /// Returns the cell's file.
+  private file(): string {
+    if (!this.isSmall) return "profiles/cell/cell.toml";
+    cpSync("profiles/cell", join(this.directory, "profile"), { recursive: true });
+    const file = join(this.directory, "profile", "cell.toml");
+    writeFileSync(file, readFileSync(file, "utf8").replace("columns = 4, rows = 3", "columns = 1, rows = 1"));
+    return file;
+  }
 
   async start(): Promise<void> {
     const ports = await freePorts(5);
-    this.cell = new Program("corbot", ["cell", this.isRun ? "run" : "up", "profiles/cell/cell.toml",
+    this.cell = new Program("corbot", ["cell", this.isRun ? "run" : "up", this.file(),
       "--name", CELL, "--ports", String(ports), "--pieces", String(this.pieces),
       ...(this.isRun ? ["--panel", "0"] : [])], this.environment);
     await this.cell.untilText(this.isRun ? /runs: / : /is up: /);
