@@ -75,7 +75,10 @@ struct CellRobot {
   double speed_percent{100};            ///< percent of the profile's speed, (0, 100]
   double settle_s{0.1};                 ///< rest before the gripper moves
   double opening_m{0.032};              ///< distance between the open fingers
+  std::string transit{"free"};          ///< or "arc": motions between wait pose and places without a zone
 
+  /// Tells if the robot moves on an arc between its wait pose and the approach above the place.
+  [[nodiscard]] bool moves_on_arc(const Place& place) const { return transit == "arc" && !place.is_shared; }
   /// Returns the profile of the arm that the scene simulates; empty: none.
   [[nodiscard]] const std::filesystem::path& simulated_profile() const {
     return profile.empty() ? scene_profile : profile;

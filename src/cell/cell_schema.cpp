@@ -284,6 +284,9 @@ class Reader {
     robot.opening_m = section.number_or("opening_m", robot.opening_m, {0.001, 1, false, "m"}).value_or(0);
     if (robot.opening_m > 0 && robot.opening_m <= widest_m_)
       section.refuse("opening_m", fmt::format("must be above {} m, the widest piece's diameter", widest_m_));
+    robot.transit = section.text_or("transit", robot.transit).value_or("");
+    if (robot.transit != "free" && robot.transit != "arc")
+      section.refuse("transit", "must be \"free\" or \"arc\"");
     for (const Place& place : cell_.places) {
       const bool is_near = place.is_shared && place.covers(robot.wait_m, kLeastWaitDistance_m);
       if (section.has("wait_m") && (is_near || place.covers(robot.wait_m)))

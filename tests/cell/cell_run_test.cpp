@@ -233,6 +233,22 @@ TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
   EXPECT_EQ(result.output.find('\x1b'), std::string::npos) << "no terminal";
 }
 
+TEST_F(CellRun, RobotsBringPiecesOnArcs) {
+  edit("from = \"pallet1\"", "transit = \"arc\", from = \"pallet1\"");
+  edit("from = \"store1\"", "transit = \"arc\", from = \"store1\"");
+  const RunResult check = run(
+      {CORBOT_BIN_DIR "/corbot", "cell", "check", (directory_ / "cell.toml").string()}, 60, environment());
+  EXPECT_EQ(check.code, 0) << check.output << check.errors;
+  const RunResult result = cell_run({"--pieces", "2"});
+  expect_all_brought(result, 2);
+  EXPECT_THAT(result.output, testing::Not(HasSubstr("arc was refused")));
+  for (const char* robot : {"robot1", "robot2"}) {
+    const std::string audit = text_of("robots/" + name_ + "-" + robot + ".audit");
+    const std::regex arc("\"call\":\"MoveC[^\n]*\"outcome\":\"ok\"");
+    EXPECT_EQ(std::distance(std::sregex_iterator(audit.begin(), audit.end(), arc), {}), 4) << audit;
+  }
+}
+
 TEST_F(CellRun, AScaraTakesThePlaceOfRobot2) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   put_scara();

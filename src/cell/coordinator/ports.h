@@ -31,6 +31,10 @@ class RobotPort {
   virtual void move(const Eigen::Vector3d& point, double above_m) = 0;
   /// Moves to this point on a straight line, in `duration_s`.
   virtual void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) = 0;
+  /// Moves on the arc from `begin` through `middle` to `end`. Throws BadParameter also if the robot has no
+  /// arcs.
+  virtual void move_c(const Eigen::Vector3d& begin, const Eigen::Vector3d& middle,
+                      const Eigen::Vector3d& end) = 0;
   virtual void delay(double duration_s) = 0;
   virtual void open() = 0;
   virtual void close() = 0;

@@ -287,6 +287,17 @@ void RemoteRobot::move_s(const Vector3d& point, double above_m, double duration_
           [&](const auto& robot) { robot->MoveS(point.x(), point.y(), point.z(), above_m, duration_s); });
 }
 
+void RemoteRobot::move_c(const Vector3d& begin, const Vector3d& middle, const Vector3d& end) {
+  const auto to_point = [](const Vector3d& v) { return Corbot::Point{v.x(), v.y(), v.z()}; };
+  command(*motions_, end, [&](const auto& robot) {
+    try {
+      robot->MoveC(to_point(begin), to_point(middle), to_point(end));
+    } catch (const CORBA::NO_IMPLEMENT&) {
+      throw Corbot::BadParameter("MoveC", 0, "the robot does not implement it");
+    }
+  });
+}
+
 void RemoteRobot::speed(double percent) {
   command(*others_, {}, [&](const auto& robot) { robot->Speed(percent); });
 }

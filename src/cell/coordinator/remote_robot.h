@@ -29,6 +29,8 @@ class RemoteRobot : public RobotPort {
   void speed(double percent) override;
   void move(const Eigen::Vector3d& point, double above_m) override;
   void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) override;
+  void move_c(const Eigen::Vector3d& begin, const Eigen::Vector3d& middle,
+              const Eigen::Vector3d& end) override;
   void delay(double duration_s) override;
   void open() override;
   void close() override;

@@ -467,13 +467,13 @@ bool Worker::pick(const Transfer& transfer) {
   }
   const ToolGoal goal = grasp_goal(transfer, from_, transfer.source);
   try {
-    approach(transfer, goal, Corbot::StepPicking);
+    approach(transfer, from_, goal, Corbot::StepPicking);
   } catch (const PointRefused& refusal) {
     refuse_source(transfer, refusal.what());
     return false;
   }
   motions_.close(goal);
-  retreat(goal);
+  retreat(from_, goal);
   if (sees_piece_at(from_, transfer.source)) {
     check_other_piece(transfer, call([&] { return arm_.grip(); }));
     motions_.open(wait_);
@@ -508,9 +508,9 @@ void Worker::place(const Transfer& transfer) {
         "the gripper holds piece {}, and a piece that is not in the ledger stands at {}, {}: take that away",
         transfer.piece, to_.name, describe(transfer.target)));
   }
-  approach(transfer, goal, Corbot::StepPlacing);
+  approach(transfer, to_, goal, Corbot::StepPlacing);
   motions_.open(goal);
-  retreat(goal);
+  retreat(to_, goal);
   const bool is_there = sees_piece_at(to_, transfer.target);
   advance(transfer, is_there ? Corbot::StepPlaced : Corbot::StepUnclear,
           is_there ? "" : "not seen at the target");
@@ -576,18 +576,32 @@ void Worker::refuse_source(const Transfer& transfer, const std::string& why) {
   status_.report(fmt::format("leaves out the piece at {}: {}", describe(transfer.source), why));
 }
 
+/// Returns true after a motion on an arc. Returns false, without a motion, if cell.toml demands no arc, or if
+/// the robot refuses it.
+bool Worker::moves_on_arc(const Place& place, const ToolGoal& from, const ToolGoal& to) {
+  if (!robot_.moves_on_arc(place)) return false;
+  try {
+    motions_.move_on_arc(from, to);
+    return true;
+  } catch (const PointRefused& refusal) {
+    status_.report(fmt::format("moves freely, since the arc was refused: {}", refusal.what()));
+    return false;
+  }
+}
+
 /// Moves to the grasp of the piece. The descent begins when the intent is in the ledger.
-void Worker::approach(const Transfer& transfer, const ToolGoal& goal, Corbot::TransferStep intent) {
+void Worker::approach(const Transfer& transfer, const Place& place, const ToolGoal& goal,
+                      Corbot::TransferStep intent) {
   std::future<void> written = std::async(std::launch::async, [&] { advance(transfer, intent); });
-  motions_.move_above(goal);
+  if (!moves_on_arc(place, wait_, motions_.above(goal))) motions_.move_above(goal);
   await_intent(written);
   motions_.descend(goal);
   motions_.settle(goal);
 }
 
-void Worker::retreat(const ToolGoal& goal) {
+void Worker::retreat(const Place& place, const ToolGoal& goal) {
   motions_.ascend(goal);
-  motions_.move(wait_);
+  if (!moves_on_arc(place, motions_.above(goal), wait_)) motions_.move(wait_);
 }
 
 ToolGoal Worker::grasp_goal(const Transfer& transfer, const Place& place, const Vector3d& foot) const {

@@ -95,8 +95,10 @@ class Worker {
   void withdraw(const Transfer& transfer, const std::string& why);
   void refuse_source(const Transfer& transfer, const std::string& why);
 
-  void approach(const Transfer& transfer, const ToolGoal& goal, Corbot::TransferStep intent);
-  void retreat(const ToolGoal& goal);
+  bool moves_on_arc(const Place& place, const ToolGoal& from, const ToolGoal& to);
+  void approach(const Transfer& transfer, const Place& place, const ToolGoal& goal,
+                Corbot::TransferStep intent);
+  void retreat(const Place& place, const ToolGoal& goal);
   ToolGoal grasp_goal(const Transfer& transfer, const Place& place, const Eigen::Vector3d& foot) const;
   /// Takes a picture. The message of a failure names `at`, a place or a point on it.
   [[nodiscard]] Corbot::Frame look(const std::string& at);

@@ -5,6 +5,7 @@
 
 #include <utility>
 
+#include "cell/arc.h"
 #include "cell/coordinator/attention.h"
 #include "client/explain.h"
 
@@ -69,6 +70,21 @@ void WorldRobot::move(const ToolGoal& goal) {
 
 void WorldRobot::move_above(const ToolGoal& goal) {
   command("on the way to", goal, [&](const auto& point) { port_.move(point, robot_.above_m); });
+}
+
+void WorldRobot::move_on_arc(const ToolGoal& from, const ToolGoal& to) {
+  const Eigen::Vector3d begin = robot_.frame.to_local(from.point);
+  command("on the arc to", to, [&](const auto& end) {
+    try {
+      port_.move_c(begin, middle_of_arc(begin, end), end);
+    } catch (const Corbot::BadParameter& e) {
+      throw PointRefused(fmt::format("on the arc to {}: {}", to.name(), client::explain(e).what()));
+    }
+  });
+}
+
+ToolGoal WorldRobot::above(const ToolGoal& goal) const {
+  return {goal.point + Eigen::Vector3d(0, 0, robot_.above_m), goal.key};
 }
 
 void WorldRobot::descend(const ToolGoal& goal) {

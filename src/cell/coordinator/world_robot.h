@@ -35,6 +35,11 @@ class WorldRobot {
   /// Moves freely to the point, or to the approach height above it.
   void move(const ToolGoal& goal);
   void move_above(const ToolGoal& goal);
+  /// Moves on the arc between two points over the table. Throws PointRefused also at every other refusal of
+  /// the arc.
+  void move_on_arc(const ToolGoal& from, const ToolGoal& to);
+  /// Returns the approach height above the point.
+  [[nodiscard]] ToolGoal above(const ToolGoal& goal) const;
   /// Moves on a straight line between the approach height and the point, at the approach speed.
   void descend(const ToolGoal& goal);
   void ascend(const ToolGoal& goal);

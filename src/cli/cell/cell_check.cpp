@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "cell/arc.h"
 #include "cli/arm/dry_run.h"
 #include "cli/cell/cell_directory.h"
 #include "cli/cell/cell_processes.h"
@@ -93,14 +94,15 @@ class ReachPlans {
   void check(const Place& place) {
     for (const Kind& kind : cell_.kinds) {
       for (const Spot& spot : spots_of(place, kind))
-        check(fmt::format("{} {}, {}, {}", cell_.key_of(place), place.name, spot.name, kind.name),
+        check(place, fmt::format("{} {}, {}, {}", cell_.key_of(place), place.name, spot.name, kind.name),
               robot_.frame.to_local(spot.foot_m + Vector3d(0, 0, kind.grasp_m)));
     }
   }
 
-  /// Checks a worker's path to a grasp. The return path is the same line and a free motion.
-  void check(const std::string& key, const Vector3d& grasp_m) {
+  /// Checks a worker's path to a grasp. The return path is the same line, and a free motion or the same arc.
+  void check(const Place& place, const std::string& key, const Vector3d& grasp_m) {
     result_.points += 2;
+    if (robot_.moves_on_arc(place)) check_arc(key, grasp_m + Vector3d(0, 0, robot_.above_m));
     std::optional<DryRun> robot = waiting_;
     if (elsewhere_) {  // the line would begin above the grasp, but the robot is elsewhere
       (void)plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m});
@@ -109,6 +111,19 @@ class ReachPlans {
       (void)plans(robot, key,
                   {"the line to the grasp", Verb::kMoveS, grasp_m, 0, robot_.above_m / robot_.approach_m_s});
     }
+  }
+
+  /// Checks the arc from the wait pose to the approach.
+  void check_arc(const std::string& key, const Vector3d& end_m) {
+    ++result_.points;
+    const Vector3d begin_m = robot_.frame.to_local(robot_.wait_m);
+    const Vector3d middle_m = cell::middle_of_arc(begin_m, end_m);
+    Request request{.verb = Verb::kMoveC, .numbers = {}};
+    for (const Vector3d& point : {begin_m, middle_m, end_m})
+      request.numbers.insert(request.numbers.end(), point.begin(), point.end());
+    std::optional<DryRun> robot = waiting_;
+    const auto why = robot ? robot->refusal_of(request) : refusal_elsewhere(request);
+    if (why) result_.refused.push_back({key, "the arc above the grasp", end_m, *why});
   }
 
   /// Returns why the robot elsewhere refuses, or nothing if it does not.

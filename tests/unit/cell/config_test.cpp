@@ -145,6 +145,8 @@ const Case kCases[] = {
     {"no_profile", "profile = \"arm.toml\", position_m = [0, 0, 0]",
      "profile = \"no.toml\", position_m = [0, 0, 0]", "robot[0].profile", "no such file"},
     {"orb", "from = \"pallet1\"", "orb = \"tao\", from = \"pallet1\"", "robot[0].orb", "\"orbit2\""},
+    {"transit", "from = \"pallet1\"", "transit = \"line\", from = \"pallet1\"", "robot[0].transit",
+     "\"free\" or \"arc\""},
     {"wait_in_zone", "[0.153, 0.129, 0.09]", "[0.19, 0.05, 0.09]", "robot[0].wait_m", "0.05 m or more"},
     {"wait_over_a_place", "[0.153, 0.129, 0.09]", "[0.1, 0.22, 0.09]", "robot[0].wait_m",
      "not be over a place"},

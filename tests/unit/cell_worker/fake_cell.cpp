@@ -234,6 +234,23 @@ void FakeCell::move_s(const Vector3d& point, double above_m, double duration_s) 
       [&] { go_to((tool_ + to) / 2); });
 }
 
+void FakeCell::move_c(const Vector3d& begin, const Vector3d& middle, const Vector3d& end) {
+  const std::lock_guard lock(mutex_);
+  const Vector3d to = to_world(end);
+  interruptible(
+      [&] {
+        begin_command("arc");
+        if (on_arc) on_arc();
+        require((to_world(begin) - tool_).norm() < kNear_m, "an arc begins away from the tool");
+        require(zone_.empty(), "an arc is in a zone");
+        for (const Vector3d& point : {to_world(middle), to}) {
+          check_way(point, false);
+          go_to(point);
+        }
+      },
+      [&] { go_to(to_world(middle)); });
+}
+
 void FakeCell::delay(double /*duration_s*/) {
   const std::lock_guard lock(mutex_);
   interruptible([&] { begin_command("delay"); });

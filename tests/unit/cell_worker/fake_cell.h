@@ -66,6 +66,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool is_held_by_other{false};         ///< the stop is a StopAndHold, which leaves an Error
   int occupied{0};                      ///< number of calls of Enter that find another robot
   std::function<bool(const Eigen::Vector3d&)> is_unreachable;
+  std::function<void()> on_arc;         ///< called before an arc begins, and may refuse it
   std::string fails_over{};             ///< every motion to this place throws NotReady
   int failures{0};                      ///< number of failed motions to that place
   std::function<void(int)> on_reserve;  ///< called with the number of calls
@@ -98,6 +99,8 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   void speed(double percent) override;
   void move(const Eigen::Vector3d& point, double above_m) override;
   void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) override;
+  void move_c(const Eigen::Vector3d& begin, const Eigen::Vector3d& middle,
+              const Eigen::Vector3d& end) override;
   void delay(double duration_s) override;
   void open() override;
   void close() override;

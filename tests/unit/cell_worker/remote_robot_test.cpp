@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <gmock/gmock.h>
+
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -25,6 +27,7 @@ enum class Mishap { kNone, kQueueFull, kLostBefore, kLostAfter };
 class PlainRobot : public POA_Corbot::Robot {
  public:
   Mishap mishap{Mishap::kNone};
+  bool has_arcs{true};
   int losses{0};  ///< number of lost replies of Status
   std::vector<std::string> moved;
 
@@ -41,8 +44,9 @@ class PlainRobot : public POA_Corbot::Robot {
   CORBA::Double Reach() override { return 1; }
   void Move(double x, double y, double z, double d, double /*t*/) override { go("Move", {x, y, z + d}); }
   void MoveS(double x, double y, double z, double d, double /*t*/) override { go("MoveS", {x, y, z + d}); }
-  void MoveC(const Corbot::Point&, const Corbot::Point&, const Corbot::Point&) override {
-    go("MoveC", tool_);
+  void MoveC(const Corbot::Point&, const Corbot::Point&, const Corbot::Point& end) override {
+    if (!has_arcs) throw CORBA::NO_IMPLEMENT(0, CORBA::COMPLETED_NO);
+    go("MoveC", {end.x, end.y, end.z});
   }
   void Drive(CORBA::Long, double, double) override { go("Drive", tool_); }
   void Ready() override { go("Ready", tool_); }
@@ -119,6 +123,19 @@ TEST(RemoteRobot, CommandsAreRepeatedUnlessTheRobotHasArrived) {
   }
   robot.stop();
   EXPECT_THROW(robot.open(), Corbot::Stopped);
+}
+
+TEST(RemoteRobot, ARobotWithoutArcsRefusesAnArcAsABadParameter) {
+  Activated activated;
+  cell::WorkGate gate;
+  cell::RemoteRobot robot(client_orb(), activated.uri, "test", 10, std::stop_token(), gate);
+  const Vector3d begin(0.2, 0, 0.1), middle(0.14, 0.14, 0.11), end(0, 0.2, 0.1);
+  activated.robot.mishap = Mishap::kLostAfter;
+  robot.move_c(begin, middle, end);
+  EXPECT_THAT(activated.robot.moved, testing::ElementsAre("MoveC")) << "the arm has arrived";
+  EXPECT_LT((robot.rest_position() - end).norm(), 1e-9);
+  activated.robot.has_arcs = false;
+  EXPECT_THROW(robot.move_c(begin, middle, end), Corbot::BadParameter);
 }
 
 /// The first call on a dead servant's connection fails.

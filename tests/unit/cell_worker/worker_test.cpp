@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -99,7 +100,13 @@ class WorkerTest : public ::testing::TestWithParam<const char*> {
     EXPECT_EQ(world.written[Corbot::StepUnclear], 0) << where;
   }
 
-  const cell::CellConfig config_ = demo_cell();
+  void move_on_arcs() {
+    for (cell::CellRobot& robot : config_.robots) robot.transit = "arc";
+  }
+  /// Kills the worker at each of its calls in turn.
+  void expect_kills_lose_nothing() const;
+
+  cell::CellConfig config_ = demo_cell();
 };
 
 INSTANTIATE_TEST_SUITE_P(Both, WorkerTest, ::testing::Values("robot1", "robot2"),
@@ -124,6 +131,48 @@ TEST_P(WorkerTest, OneTransferIsInTheOrderOfTheRecipe) {
   EXPECT_THAT(world.record, ElementsAreArray(order));
   EXPECT_THAT(world.violations, IsEmpty());
   EXPECT_EQ(world.count(to()), 1U);
+}
+
+TEST_P(WorkerTest, ArcsLeadBetweenWaitPoseAndAPlaceWithoutAZone) {
+  move_on_arcs();
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  run_one(world);
+  std::vector<std::string> order{"acquire", "claim", "speed", "open", "move"};
+  const auto add = [&](const std::vector<std::string>& more) {
+    order.insert(order.end(), more.begin(), more.end());
+  };
+  if (is_area()) {
+    add({"look", "reserve", "look", "arc", "down", "delay", "close", "up", "arc", "look", "held"});
+    add({"enter store1", "look", "move", "down", "delay", "open", "up", "move", "look", "placed"});
+    add({"leave store1", "look"});
+  } else {
+    add({"reserve", "enter store1", "look", "move", "down", "delay", "close", "up", "move", "look", "held"});
+    add({"leave store1", "look", "arc", "down", "delay", "open", "up", "arc", "look", "placed"});
+  }
+  add({"reserve", "release"});
+  EXPECT_THAT(world.record, ElementsAreArray(order));
+  EXPECT_THAT(world.violations, IsEmpty());
+  EXPECT_EQ(world.count(to()), 1U);
+}
+
+TEST_P(WorkerTest, ARefusedArcIsReplacedByAFreeMotion) {
+  move_on_arcs();
+  const std::vector<std::function<void()>> refusals{
+      [] { throw Corbot::Unreachable({}, "too far"); },
+      [] { throw Corbot::LimitExceeded("speed", 0, 2, 0, 1); },
+      [] { throw Corbot::BadParameter("MoveC", 0, "not implemented"); }};
+  for (const auto& refuse : refusals) {
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    world.on_arc = refuse;
+    run_one(world);
+    EXPECT_THAT(world.violations, IsEmpty());
+    EXPECT_EQ(world.count(to()), 1U);
+    EXPECT_EQ(std::count(world.record.begin(), world.record.end(), "arc"), 2);
+    EXPECT_EQ(world.count_reports("moves freely, since the arc was refused: on the arc to "), 2);
+    EXPECT_EQ(world.count_reports("attention"), 0);
+  }
 }
 
 TEST_P(WorkerTest, ManyPiecesArriveAndNoRuleIsBroken) {
@@ -491,7 +540,7 @@ TEST_P(WorkerTest, ALostClaimEndsAllAtAnyCallOfTheStore) {
 
 constexpr const char* kMoments[] = {"before", "in the middle of", "after"};
 
-TEST_P(WorkerTest, AKillAtAnyCallLosesAndDoublesNothing) {
+void WorkerTest::expect_kills_lose_nothing() const {
   for (const Moment moment : {Moment::kBefore, Moment::kMiddle, Moment::kAfter}) {
     for (int call = 0;; ++call) {
       ASSERT_LT(call, 200);
@@ -505,6 +554,13 @@ TEST_P(WorkerTest, AKillAtAnyCallLosesAndDoublesNothing) {
       EXPECT_EQ(world->count_reports("attention"), 0) << where << world->reports.back();
     }
   }
+}
+
+TEST_P(WorkerTest, AKillAtAnyCallLosesAndDoublesNothing) { expect_kills_lose_nothing(); }
+
+TEST_P(WorkerTest, AKillAtAnyCallOnArcsLosesAndDoublesNothing) {
+  move_on_arcs();
+  expect_kills_lose_nothing();
 }
 
 TEST_P(WorkerTest, AFaultAtAnyCallIsOvercomeByTheWorkerItself) {

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/cell/cell_check.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
 #include <numbers>
 
 #include "client/failure.h"
@@ -40,6 +44,33 @@ TEST(CellCheck, BothRobotsReachAllPointsOfTheShippedCell) {
   const ReachCheck robot2 = check_reach(cell, cell.robots[1]);
   EXPECT_THAT(robot2.refused, IsEmpty());
   EXPECT_EQ(robot2.points, 1 + 2 * (4 + 12));
+}
+
+TEST(CellCheck, TheArcsOfTheShippedCellAreInReach) {
+  cell::CellConfig cell = demo();
+  for (cell::CellRobot& robot : cell.robots) robot.transit = "arc";
+  const ReachCheck robot1 = check_reach(cell, cell.robots[0]);
+  EXPECT_THAT(robot1.refused, IsEmpty());
+  EXPECT_EQ(robot1.points, 1 + 3 * 9 + 2 * 4) << "no arc leads to the store";
+  const ReachCheck robot2 = check_reach(cell, cell.robots[1]);
+  EXPECT_THAT(robot2.refused, IsEmpty());
+  EXPECT_EQ(robot2.points, 1 + 2 * 4 + 3 * 12);
+}
+
+TEST(CellCheck, AnArcAboveACeilingIsNamed) {
+  const std::string profile = testing::TempDir() + fmt::format("corbot-low-{}.toml", ::getpid());
+  std::ofstream(profile) << std::ifstream(CORBOT_CELL "/arm.toml").rdbuf()
+                         << "\n[[workspace.plane]]\nname = \"ceiling\"\nnormal = [0, 0, -1]\n"
+                            "offset_m = -0.095\nparts = [\"tool\"]\n";
+  cell::CellConfig cell = demo();
+  cell.robots[1].profile = profile;
+  const std::size_t without_arcs = check_reach(cell, cell.robots[1]).refused.size();
+  cell.robots[1].transit = "arc";
+  const ReachCheck check = check_reach(cell, cell.robots[1]);
+  std::filesystem::remove(profile);
+  EXPECT_THAT(check.refused, SizeIs(without_arcs + 12)) << "the arc to each slot of pallet2";
+  EXPECT_THAT(check.refused, testing::Contains(refused("place[2] pallet2, slot 0, red",
+                                                       "the arc above the grasp", "ceiling")));
 }
 
 TEST(CellCheck, TheScaraReachesAllPointsOfRobot2) {
