@@ -28,6 +28,7 @@ struct Piece {
   /// The hand with the piece between its fingers; held: the hand that holds it.
   std::optional<std::size_t> hand{};
   Eigen::Vector3d in_hand_m{Eigen::Vector3d::Zero()};  ///< held: its foot along, across and above the tool
+  bool slips{false};                                   ///< held: the next step releases it
 };
 
 /// The pieces, and the hands' effects on them. A standing piece is between the fingers if the tool centre
@@ -36,7 +37,8 @@ struct Piece {
 /// Fingers push a piece between them until the hand moves away from it. They hold the piece once their
 /// opening is below its diameter and `kPlay_m`: it follows the tool, upright. A released piece stands if its
 /// foot is within `kDrop_m` of the surface, above or below, and no other piece stands there. Otherwise it
-/// falls, and stays there.
+/// falls, and stays there. A held piece that moves sideways pushes standing pieces out of its way, without
+/// inertia. A pushed piece pushes no other one.
 class Pieces {
  public:
   static constexpr double kPlay_m = 0.001;
@@ -52,6 +54,8 @@ class Pieces {
   void step(std::span<const Hand> hands);
   /// Adds one more piece, as if a person put it down.
   void put_down(const Piece& piece) { pieces_.push_back(piece); }
+  /// Makes a held piece slip out of its closed hand at the next step, for a test.
+  void drop(std::size_t index) { pieces_[index].slips = true; }
   /// Removes the piece of this index, as if a person took it; the later ones move up.
   void take_away(std::size_t index);
 
@@ -60,6 +64,7 @@ class Pieces {
  private:
   void look_between(Piece& piece, const Hand& hand, std::size_t number);
   void carry(Piece& piece, const Hand& hand);
+  void push_others(const Piece& held, const Eigen::Vector3d& way_m);
   void release(Piece& piece, const Hand& hand);
 
   std::vector<Piece> pieces_;

@@ -315,6 +315,14 @@ TEST_F(CellRun, APieceThatIsTakenAwayBeforeTheLastLookIsNamed) {
   EXPECT_THAT(cell.output(), HasSubstr("2 of 2 pieces on pallet2, each once"));
 }
 
+TEST_F(CellRun, APieceThatFallsOnTheWayIsUnclearAndAPersonIsCalled) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  lose_at("the way");
+  Process cell(command({"--pieces", "2"}), environment());
+  expect_end(cell, {"piece 1 is not seen at store1", "corbot cell resolve"});
+  EXPECT_THAT(text_of("scene.out"), HasSubstr(" held=0 fallen=1 touches=0"));
+}
+
 TEST_F(CellRun, AnEmptyPalletIsNamed) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   lose_at("pallet1");

@@ -141,6 +141,48 @@ TEST_F(PiecesTest, AReleasedPieceStandsOrFalls) {
   }
 }
 
+TEST_F(PiecesTest, AHeldPieceThatSlipsFallsAndStaysWhereItFell) {
+  put({piece_at(0, 0)});
+  open_to(0);
+  move_to({0.1, 0.05, 0.09});
+  pieces_.drop(0);
+  move_to({0.2, 0.05, 0.09});
+  EXPECT_EQ(piece().state, PieceState::kFallen);
+  EXPECT_LT((piece().foot_m - Vector3d(0.1, 0.05, 0)).norm(), 0.002);
+}
+
+TEST_F(PiecesTest, AHeldPiecePushesAStandingPieceOutOfItsWay) {
+  struct Case {
+    const char* name;
+    double foot_m;  // height of the held piece
+    double offset_m;
+    Vector2d end_m;
+  };
+  for (const Case& test : {Case{"in the middle", 0.010, 0, {0.150, 0}},
+                           {"beside the middle", 0.010, 0.0201, {0.100, 0.0201}},
+                           {"just below its top", 0.044, 0, {0.150, 0}},
+                           {"just above its top", 0.046, 0, {0.100, 0}}}) {
+    hand_.tool_m = {0, 0, kGrasp_m};
+    put({piece_at(0, 0), piece_at(0.100, test.offset_m)});
+    open_to(0);
+    move_to({0, 0, kGrasp_m + test.foot_m});
+    move_to({0.130, 0, kGrasp_m + test.foot_m});
+    EXPECT_EQ(piece(1).state, PieceState::kStanding) << test.name;
+    EXPECT_LT((piece(1).foot_m.head<2>() - test.end_m).norm(), 1e-9) << test.name;
+    EXPECT_EQ(piece().state, PieceState::kHeld) << test.name;
+    EXPECT_NEAR(piece().foot_m.x(), 0.130, 1e-9) << test.name;
+  }
+}
+
+TEST_F(PiecesTest, APieceThatIsPushedBesideItsMiddleGivesWayToThatSide) {
+  put({piece_at(0, 0), piece_at(0.100, 0.008)});
+  open_to(0);
+  move_to({0, 0, kGrasp_m + 0.010});
+  move_to({0.200, 0, kGrasp_m + 0.010});
+  EXPECT_GT(piece(1).foot_m.y(), 0.010);
+  EXPECT_GE((piece(1).foot_m - piece().foot_m).head<2>().norm(), 0.020 - 1e-9);
+}
+
 TEST_F(PiecesTest, AnotherHandTakesNothingFromTheOneThatHoldsIt) {
   put({piece_at(0, 0)});
   open_to(0);
