@@ -62,17 +62,17 @@ class KeptSetting {
   }
 
   /// Saves the value and then runs `apply`, which calls take() or throws. If `apply` throws, restores the
-  /// saved value. Throws CallError (not ready) if the value cannot be saved.
+  /// saved value. Throws CallError (not ready) if the value cannot be saved. So a servant that is killed here
+  /// leaves the value before or the wanted one, and the wanted one as soon as it is in force.
   void change(const std::optional<Value>& wanted, const std::function<void()>& apply) {
     const std::lock_guard one(change_mutex_);
     const bool was_known = is_known();
     const std::optional<Value> before = this->wanted();
-    save(wanted);
+    write([&](const Store& store) { store.save(wanted, arm_); });
     try {
       apply();
     } catch (const CallError&) {
-      // An unknown value stays unknown; a restart then finds the value that was requested.
-      if (was_known) save(before);
+      restore(was_known, before);
       throw;
     }
   }
@@ -84,7 +84,17 @@ class KeptSetting {
   }
 
  private:
-  void save(const std::optional<Value>& value) const {
+  /// Undoes a refused change on disk. If that fails, the value is unknown, since the refused one is there.
+  void restore(bool was_known, const std::optional<Value>& before) {
+    try {
+      write([&](const Store& store) { was_known ? store.save(before, arm_) : store.save_unknown(); });
+    } catch (const CallError& failed) {
+      const std::lock_guard lock(mutex_);
+      unknown_ = failed.error.text;
+    }
+  }
+
+  void write(const std::function<void(const Store&)>& how) const {
     std::optional<Store> store;
     {
       const std::lock_guard lock(mutex_);
@@ -92,7 +102,7 @@ class KeptSetting {
     }
     if (!store) throw not_ready(fmt::format("{} cannot be saved: the servant has no state directory", what_));
     try {
-      store->save(value, arm_);
+      how(*store);
     } catch (const std::system_error& error) {
       throw not_ready(fmt::format("{} cannot be saved: {}", what_, error.what()));
     }

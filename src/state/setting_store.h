@@ -62,6 +62,8 @@ class SettingStore {
     if (!value) return remove_private(file_);
     replace_private(file_, fresh_, Text::write(*value, owner_, arm));
   }
+  /// Saves a file that load() refuses. Throws std::system_error.
+  void save_unknown() const { replace_private(file_, fresh_, "# not known: to be set or reset\n"); }
 
  private:
   std::filesystem::path file_;
