@@ -64,11 +64,13 @@ std::string too_quick_text(const alarm::TooQuick& what, JointKind kind) {
                      number_text(kind, what.allowed_q, 2));
 }
 
-std::string outside_workspace_text(const alarm::OutsideWorkspace& what) {
+std::string outside_workspace_text(const alarm::OutsideWorkspace& what, std::span<const std::string> shapes) {
+  const std::string shape = what.shape < shapes.size()
+                                ? fmt::format("'{}'", shapes[what.shape])
+                                : fmt::format("plane or box {} of the workspace", what.shape + 1);
   return fmt::format(
-      "a set-point would put the {} {:.3g} mm beyond plane or box {} of the workspace, limit {:.3g} mm; the "
-      "arm is brought to rest",
-      kPartNames[what.part], -1e3 * what.clearance_m, what.shape + 1, 0.0 - 1e3 * what.least_m);
+      "a set-point would put the {} {:.3g} mm beyond {}, limit {:.3g} mm; the arm is brought to rest",
+      kPartNames[what.part], -1e3 * what.clearance_m, shape, 0.0 - 1e3 * what.least_m);
 }
 
 std::string out_of_range_text(const alarm::OutOfRange& what, const JointKinds& kinds) {
@@ -109,7 +111,8 @@ std::string beyond_range_text(const alarm::OutOfRange& what, JointKind kind) {
 
 }  // namespace
 
-std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
+std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds,
+                       std::span<const std::string> shapes) {
   const JointKind kind = kind_of(event.joint, kinds);
   switch (event.code) {
     case AlarmCode::kSetPointNotFinite:
@@ -125,7 +128,7 @@ std::string alarm_text(const AlarmEvent& event, const JointKinds& kinds) {
     case AlarmCode::kSetPointTooQuick:
       return too_quick_text(alarm::too_quick(event), kind);
     case AlarmCode::kSetPointOutsideWorkspace:
-      return outside_workspace_text(alarm::outside_workspace(event));
+      return outside_workspace_text(alarm::outside_workspace(event), shapes);
     case AlarmCode::kKinematicsFailed: {
       const alarm::KinematicsFailure what = alarm::kinematics_failure(event);
       return fmt::format("path and kinematics disagree at {:.3f} s of {:.3f} s; the arm is brought to rest",

@@ -17,7 +17,7 @@ bool is_hold(const AlarmEntry& entry) { return entry.code == static_cast<std::in
 
 void AlarmLog::add(const AlarmEvent& event) {
   AlarmEntry entry{static_cast<double>(event.time_ns) * 1e-9, static_cast<std::int32_t>(event.code),
-                   causes_error(event.code), alarm_text(event, kinds_)};
+                   causes_error(event.code), alarm_text(event, kinds_, shapes_)};
   const std::lock_guard lock(mutex_);
   const bool is_repeated =
       may_repeat_ && std::any_of(entries_.begin(), entries_.end(), [&](const Kept& kept) {

@@ -5,6 +5,7 @@
 #include <deque>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "alarms/alarm_text.h"
@@ -39,7 +40,9 @@ class AlarmLog {
   static constexpr std::size_t kKept = kKeptAlarms;
   using Records = decltype(ServantState::alarms);
 
-  explicit AlarmLog(const JointKinds& kinds = {}) : kinds_(kinds) {}
+  /// `shapes`: the names of the profile's planes and boxes.
+  explicit AlarmLog(const JointKinds& kinds = {}, std::vector<std::string> shapes = {})
+      : kinds_(kinds), shapes_(std::move(shapes)) {}
 
   /// Copies every alarm to `records` from now on. The owner calls this before any other function.
   void keep_in(Records& records) { records_ = &records; }
@@ -77,6 +80,7 @@ class AlarmLog {
   [[nodiscard]] std::deque<Kept>::iterator find_victim();
 
   const JointKinds kinds_;
+  const std::vector<std::string> shapes_;
   mutable std::mutex mutex_;
   std::deque<Kept> entries_;
   std::uint64_t last_order_{0};

@@ -11,6 +11,7 @@
 
 #include "config/profile.h"
 #include "corbot/arm/shape_numbers.h"
+#include "corbot/arm/shape_parts.h"
 #include "planner/frame_settings.h"
 #include "planner/planner.h"
 #include "planner/pose_solutions.h"
@@ -212,7 +213,7 @@ class Robot final : private LinkListener {
   SoftLimits limits_;
   FurtherWorkspace shapes_;
   TicketTable tickets_;
-  AlarmLog alarms_{kinds_of(profile_.arm.kinematics.chain())};
+  AlarmLog alarms_{kinds_of(profile_.arm.kinematics.chain()), shape_names(profile_.arm.workspace)};
   std::atomic<std::uint64_t> own_stops_{0};        ///< stops that this servant has counted
   std::atomic<std::uint64_t> clears_reported_{0};  ///< number of the last Clear that was reported
   std::atomic<std::uint64_t> clears_drained_{

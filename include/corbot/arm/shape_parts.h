@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "corbot/arm/workspace_limits.h"
 #include "corbot/kinematics/arm_parts.h"
@@ -21,6 +22,12 @@ namespace corbot {
     has_one = true;
   }
   return has_one && parts <= kAllParts;
+}
+
+[[nodiscard]] inline std::vector<std::string> shape_names(const WorkspaceLimits& limits) {
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < limits.count; ++k) names.emplace_back(limits.shapes[k].name.data());
+  return names;
 }
 
 /// Returns the names of parts, "tool, elbow". Not real-time safe.

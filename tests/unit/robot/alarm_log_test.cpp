@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/alarm_log.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "corbot/channel/alarms.h"
@@ -144,6 +145,16 @@ TEST(AlarmText, NamesThePartThatLeavesTheWorkspace) {
   EXPECT_EQ(alarm_text(alarm::set_point_outside_workspace({1, 2, -0.0125, 0.0}), {}),
             "a set-point would put the elbow 12.5 mm beyond plane or box 2 of the workspace, "
             "limit 0 mm; the arm is brought to rest");
+}
+
+TEST(AlarmText, NamesThePlaneOrBoxOfTheProfile) {
+  AlarmLog log({}, {"floor", "post"});
+  log.add(alarm::set_point_outside_workspace({1, 2, -0.0125, 0.0}));
+  log.add(alarm::set_point_outside_workspace({2, 2, -0.0125, 0.0}));
+  const std::vector<AlarmEntry> all = log.list();
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_THAT(all[0].text, testing::HasSubstr("12.5 mm beyond 'post', limit 0 mm"));
+  EXPECT_THAT(all[1].text, testing::HasSubstr("beyond plane or box 3 of the workspace"));
 }
 
 TEST(AlarmText, SaysWhatCountsAsAPress) {
