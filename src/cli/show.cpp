@@ -23,6 +23,7 @@ namespace corbot::cli {
 
 using client::Client;
 using client::device_data;
+using client::loop_data;
 using client::OnSignal;
 using client::printable;
 using client::to_string;
@@ -356,21 +357,8 @@ std::string diagnostics_text(const Corbot::LoopInfo& info, const Corbot::DeviceI
 }
 
 std::string diagnostics_json(const Corbot::LoopInfo& info, const Corbot::DeviceInfo& device) {
-  json counts = json::array();
-  json edges = json::array();
-  for (CORBA::ULong i = 0; i < info.counts.length(); ++i) counts.push_back(info.counts[i]);
-  for (CORBA::ULong i = 0; i < info.edges.length(); ++i) edges.push_back(info.edges[i]);
-  const json data{{"period_s", info.period},
-                  {"since_s", info.since},
-                  {"cycles", info.cycles},
-                  {"overruns", info.overruns},
-                  {"latency_mean_s", info.latencyMean},
-                  {"latency_max_s", info.latencyMax},
-                  {"work_max_s", info.workMax},
-                  {"real_time", static_cast<bool>(info.realTime)},
-                  {"latency_counts", counts},
-                  {"latency_edges_s", edges},
-                  {"device", device_data(device)}};
+  json data = loop_data(info);
+  data["device"] = device_data(device);
   return data.dump(2) + "\n";
 }
 

@@ -20,6 +20,13 @@ const char* holding_word(Corbot::HoldingState holding) {
   }
 }
 
+template <class List>
+nlohmann::json numbers(const List& list) {
+  nlohmann::json numbers = nlohmann::json::array();
+  for (CORBA::ULong i = 0; i < list.length(); ++i) numbers.push_back(list[i]);
+  return numbers;
+}
+
 }  // namespace
 
 const char* to_string(Corbot::RobotState state) {
@@ -52,6 +59,19 @@ nlohmann::json device_data(const Corbot::DeviceInfo& device) {
           {"measured_age_s", device.measuredAge},
           {"position_uncertain", static_cast<bool>(device.positionUncertain)},
           {"emergency_stop", static_cast<bool>(device.emergencyStop)}};
+}
+
+nlohmann::json loop_data(const Corbot::LoopInfo& info) {
+  return {{"period_s", info.period},
+          {"since_s", info.since},
+          {"cycles", info.cycles},
+          {"overruns", info.overruns},
+          {"latency_mean_s", info.latencyMean},
+          {"latency_max_s", info.latencyMax},
+          {"work_max_s", info.workMax},
+          {"real_time", static_cast<bool>(info.realTime)},
+          {"latency_counts", numbers(info.counts)},
+          {"latency_edges_s", numbers(info.edges)}};
 }
 
 }  // namespace corbot::client

@@ -5,7 +5,7 @@
 
 #include "arm.hh"
 
-// Converts states to the JSON that `corbot status --json` and the panel share.
+// Converts states to the JSON that the commands' --json and the panel share.
 
 namespace corbot::client {
 
@@ -13,5 +13,6 @@ namespace corbot::client {
 [[nodiscard]] const char* to_string(Corbot::RobotState state);
 [[nodiscard]] nlohmann::json gripper_data(const Corbot::GripperInfo& info);
 [[nodiscard]] nlohmann::json device_data(const Corbot::DeviceInfo& device);
+[[nodiscard]] nlohmann::json loop_data(const Corbot::LoopInfo& info);
 
 }  // namespace corbot::client

@@ -108,15 +108,7 @@ json list_of(const List& list) {
 template <class F>
 auto ask(const char* program, const std::string& uri, F&& f) -> decltype(f()) {
   try {
-    return f();
-  } catch (const Corbot::NotReady& error) {
-    throw Failure(ExitCode::kRefused, fmt::format("{}: {}", program, printable(error.reason.in())));
-  } catch (const Corbot::BadParameter& error) {
-    throw Failure(ExitCode::kRefused, cell::refusal_text(error));
-  } catch (const Corbot::Full& error) {
-    throw Failure(ExitCode::kRefused, cell::refusal_text(error));
-  } catch (const Corbot::Occupied& error) {
-    throw Failure(ExitCode::kRefused, cell::refusal_text(error));
+    return cell::or_refusal(program, f);
   } catch (const CORBA::Exception& error) {
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("{} at {} does not reply (CORBA {})", program, printable(uri), error._name()));

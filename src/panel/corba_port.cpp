@@ -40,19 +40,6 @@ json motion_data(const Corbot::MotionInfo& motion) {
   return {{"ticket", motion.id}, {"progress", motion.progress}, {"duration_s", motion.duration}};
 }
 
-json loop_data(const Corbot::LoopInfo& info) {
-  return {{"period_s", info.period},
-          {"since_s", info.since},
-          {"cycles", info.cycles},
-          {"overruns", info.overruns},
-          {"latency_mean_s", info.latencyMean},
-          {"latency_max_s", info.latencyMax},
-          {"work_max_s", info.workMax},
-          {"real_time", static_cast<bool>(info.realTime)},
-          {"latency_counts", numbers(info.counts)},
-          {"latency_edges_s", numbers(info.edges)}};
-}
-
 json active_alarms(const Corbot::AlarmList& alarms) {
   json active = json::array();
   for (CORBA::ULong i = 0; i < alarms.length(); ++i) {
@@ -163,7 +150,7 @@ json CorbaPort::state() {
   return client::call(address_, [&] {
     if (polls_ % kLoopPolls == 0) {
       const Corbot::LoopInfo_var loop = arm_->Diagnostics();
-      loop_ = loop_data(loop.in());
+      loop_ = client::loop_data(loop.in());
     }
     if (polls_++ % kSlowPolls == 0) {
       const Corbot::AlarmList_var alarms = arm_->Alarms();

@@ -89,16 +89,7 @@ auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
   const auto deadline = std::chrono::steady_clock::now() + kRetryFor;
   for (;;) {
     try {
-      return f();
-    } catch (const Corbot::NotReady& error) {
-      throw Failure(ExitCode::kRefused,
-                    fmt::format("{}: {}", peer.name, client::printable(error.reason.in())));
-    } catch (const Corbot::BadParameter& error) {
-      throw Failure(ExitCode::kRefused, cell::refusal_text(error));
-    } catch (const Corbot::Full& error) {
-      throw Failure(ExitCode::kRefused, cell::refusal_text(error));
-    } catch (const Corbot::Occupied& error) {
-      throw Failure(ExitCode::kRefused, cell::refusal_text(error));
+      return cell::or_refusal(peer.name, f);
     } catch (const CORBA::SystemException& error) {
       if (!is_ours_ && !peer.is_elsewhere)
         throw Failure(ExitCode::kUnreachable,
