@@ -12,10 +12,10 @@
 
 namespace corbot::client {
 
-/// Returns the address of the robot in `--robot`, or if empty in $CORBOT_ROBOT, or of the one that is up
+/// Returns the address of the robot in `robot`, or if empty in $CORBOT_ROBOT, or of the one that is up
 /// here. Accepts a corbaloc, corbaname or IOR, HOST:PORT/NAME, or the name of a robot that is up here. Throws
-/// Failure.
-[[nodiscard]] Address find_robot(const std::string& robot);
+/// Failure. `naming`: by which the user of this program names a robot.
+[[nodiscard]] Address find_robot(const std::string& robot, const std::string& naming = "--robot");
 
 /// Returns the rotation of three angles in degrees (as in CartCoord) or of a quaternion w x y z. No numbers
 /// give no rotation.

@@ -203,8 +203,8 @@ Failure explain(const CORBA::SystemException& e, const Address& address) {
   if (CORBA::TRANSIENT::_downcast(&e) != nullptr) {
     return fail(
         fmt::format("no servant at {}: start a robot there with 'corbot up PROFILE', or name another address "
-                    "with --robot HOST:PORT/NAME",
-                    address.where));
+                    "with {} HOST:PORT/NAME",
+                    address.where, address.naming));
   }
   if (CORBA::COMM_FAILURE::_downcast(&e) != nullptr) {
     return fail(fmt::format(

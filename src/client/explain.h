@@ -15,10 +15,11 @@ namespace corbot::client {
 
 /// The address of a robot.
 struct Address {
-  std::string uri;      ///< argument of string_to_object
-  std::string name;     ///< of the robot, as far as known
-  std::string where;    ///< for messages: "127.0.0.1:12810", or the URI of another form
-  std::string local{};  ///< name of the robot if it is up here; empty: it is elsewhere
+  std::string uri;                ///< argument of string_to_object
+  std::string name;               ///< of the robot, as far as known
+  std::string where;              ///< for messages: "127.0.0.1:12810", or the URI of another form
+  std::string local{};            ///< name of the robot if it is up here; empty: it is elsewhere
+  std::string naming{"--robot"};  ///< by which the user of this program names a robot
   /// Advice about a call without an answer in time.
   std::string if_late{"--timeout SECONDS waits longer"};
 };

@@ -14,8 +14,10 @@ namespace corbot::client {
 
 namespace {
 
-constexpr const char* kHowToStart =
-    "start one with 'corbot up PROFILE', or name a robot elsewhere with --robot HOST:PORT/NAME";
+std::string how_to_start(const std::string& naming) {
+  return fmt::format("start one with 'corbot up PROFILE', or name a robot elsewhere with {} HOST:PORT/NAME",
+                     naming);
+}
 
 /// Returns HOST:PORT and NAME of "corbaloc::HOST:PORT/NAME", also with "iiop" and a GIOP version in it.
 Address from_corbaloc(const std::string& uri) {
@@ -30,16 +32,16 @@ Address from_corbaloc(const std::string& uri) {
   return address;
 }
 
-Failure no_such_robot(const std::string& name) {
+Failure no_such_robot(const std::string& name, const std::string& naming) {
   const std::string instead = robots_up_instead(name);
   return {ExitCode::kUnreachable,
-          fmt::format("no robot named '{}' is up on this machine ({}){}", name, where_looked(name),
-                      instead.empty() ? fmt::format(": {}", kHowToStart) : instead)};
+          fmt::format("no robot named '{}' is up on this machine ({}){}", name, where_looked(name, naming),
+                      instead.empty() ? fmt::format(": {}", how_to_start(naming)) : instead)};
 }
 
-Address from_state(const std::string& name) {
+Address from_state(const std::string& name, const std::string& naming) {
   const auto state = read_state(name);
-  if (!is_up(name) || !state) throw no_such_robot(name);
+  if (!is_up(name) || !state) throw no_such_robot(name, naming);
   if (state->address.empty()) {
     throw Failure(ExitCode::kUnreachable, fmt::format("'{}' is still starting: try again in a moment", name));
   }
@@ -70,21 +72,19 @@ bool is_host_port_name(const std::string& text) {
          parse_integer(std::string_view(text).substr(colon + 1, slash - colon - 1)).has_value();
 }
 
-}  // namespace
-
-Address find_robot(const std::string& robot) {
+Address address_of(const std::string& robot, const std::string& naming) {
   std::string text = robot;
   if (text.empty()) {
     if (const char* given = std::getenv("CORBOT_ROBOT"); given != nullptr) text = given;
   }
   if (text.empty()) {
     const auto names = robots_up();
-    if (names.size() == 1) return from_state(names[0]);
+    if (names.size() == 1) return from_state(names[0], naming);
     if (names.empty()) {
-      throw Failure(ExitCode::kUnreachable,
-                    fmt::format("no robot is up on this machine ({}): {}", where_looked(), kHowToStart));
+      throw Failure(ExitCode::kUnreachable, fmt::format("no robot is up on this machine ({}): {}",
+                                                        where_looked("", naming), how_to_start(naming)));
     }
-    throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: name one with --robot {}", names.size(),
+    throw Failure(ExitCode::kUsage, fmt::format("{} robots are up: name one with {} {}", names.size(), naming,
                                                 fmt::join(names, " | ")));
   }
   if (text.starts_with("corbaloc:")) return with_local(from_corbaloc(text));
@@ -92,12 +92,20 @@ Address find_robot(const std::string& robot) {
     return {text, "", text.starts_with("IOR:") ? "the address in the IOR" : text};
   }
   if (is_host_port_name(text)) return with_local(from_corbaloc("corbaloc::" + text));
-  if (is_name(text)) return from_state(text);
+  if (is_name(text)) return from_state(text, naming);
   throw Failure(
       ExitCode::kUsage,
-      fmt::format("--robot '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME ([IPV6]:PORT/NAME), an IOR, "
+      fmt::format("{} '{}': write corbaloc::HOST:PORT/NAME, HOST:PORT/NAME ([IPV6]:PORT/NAME), an IOR, "
                   "or the name of a robot that is up here",
-                  printable(text)));
+                  naming, printable(text)));
+}
+
+}  // namespace
+
+Address find_robot(const std::string& robot, const std::string& naming) {
+  Address address = address_of(robot, naming);
+  address.naming = naming;
+  return address;
 }
 
 }  // namespace corbot::client

@@ -91,23 +91,22 @@ std::optional<RobotState> read_state(const std::string& name) {
   return read_state_in(state_directory(false), name);
 }
 
-std::string robots_elsewhere(const std::string& name) {
+std::string robots_elsewhere(const std::string& name, const std::string& naming) {
   std::string text;
   for (const std::string& other : other_user_run_directories()) {
     if (!is_user_run_directory(other)) continue;
     for (const std::string& robot : robots_of_files(other, true)) {
       const auto state = name.empty() || robot == name ? read_state_in(other, robot) : std::nullopt;
       if (!state || state->address.empty()) continue;
-      text +=
-          fmt::format("{}'{}' is up with its files in {}, that is, with another XDG_RUNTIME_DIR: --robot {}",
-                      text.empty() ? "" : "; ", robot, other, state->address);
+      text += fmt::format("{}'{}' is up with its files in {}, that is, with another XDG_RUNTIME_DIR: {} {}",
+                          text.empty() ? "" : "; ", robot, other, naming, state->address);
     }
   }
   return text;
 }
 
-std::string where_looked(const std::string& name) {
-  const std::string elsewhere = robots_elsewhere(name);
+std::string where_looked(const std::string& name, const std::string& naming) {
+  const std::string elsewhere = robots_elsewhere(name, naming);
   return fmt::format("looked in {}{}{}", user_run_directory(), elsewhere.empty() ? "" : "; ", elsewhere);
 }
 

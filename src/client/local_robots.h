@@ -36,10 +36,11 @@ struct RobotState {
 [[nodiscard]] std::optional<RobotState> read_state(const std::string& name);
 
 /// Returns text for messages, for one name or all: "'lynx5' is up with its files in DIRECTORY…" if this user
-/// has robots under another XDG_RUNTIME_DIR, else "".
-[[nodiscard]] std::string robots_elsewhere(const std::string& name = "");
+/// has robots under another XDG_RUNTIME_DIR, else "". `naming` is that of find_robot().
+[[nodiscard]] std::string robots_elsewhere(const std::string& name = "",
+                                           const std::string& naming = "--robot");
 /// Returns "looked in DIRECTORY" followed by robots_elsewhere().
-[[nodiscard]] std::string where_looked(const std::string& name = "");
+[[nodiscard]] std::string where_looked(const std::string& name = "", const std::string& naming = "--robot");
 
 /// Returns true if a supervisor of that robot lives.
 [[nodiscard]] bool is_up(const std::string& name);

@@ -83,9 +83,9 @@ json joints_data(const Corbot::JointList& joints) {
   return list;
 }
 
-/// The page's user has no command line with a --timeout.
+/// The page's user has no command line with --robot and --timeout.
 client::Address find_robot(const std::string& robot) {
-  client::Address address = client::find_robot(robot);
+  client::Address address = client::find_robot(robot, kNaming);
   address.if_late = "watch the robot before you try again";
   return address;
 }

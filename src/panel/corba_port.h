@@ -9,6 +9,9 @@
 
 namespace corbot::panel {
 
+/// By which the messages say how to name a robot.
+inline constexpr const char* kNaming = "corbot panel";
+
 /// Starts the ORB of a panel. Call it before the process starts any other ORB. Throws client::Failure.
 [[nodiscard]] CORBA::ORB_var start_panel_orb();
 

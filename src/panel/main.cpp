@@ -97,7 +97,7 @@ Shown shown_by(const Options& options) {
     throw Failure(ExitCode::kUnreachable,
                   fmt::format("no robot is up on this machine ({}): start one with 'corbot up PROFILE', or "
                               "write HOST:PORT/NAME of a robot elsewhere; no cell runs, either",
-                              client::where_looked()));
+                              client::where_looked("", kNaming)));
   return shown;
 }
 
@@ -136,10 +136,9 @@ bool is_any(const std::string& host) { return host == "0.0.0.0" || host == "::";
 void warn(const std::vector<std::string>& robots) {
   for (const std::string& robot : robots) {
     try {
-      (void)client::find_robot(robot);
+      (void)client::find_robot(robot, kNaming);
     } catch (const Failure& failure) {
-      if (failure.code() == ExitCode::kUsage)
-        throw Failure(ExitCode::kUsage, "ROBOT " + std::string(failure.what()));
+      if (failure.code() == ExitCode::kUsage) throw;
       if (client::is_up(robot)) continue;  // it is starting
       client::notice(stderr, fmt::format("corbot-panel: warning: {}\n", failure.what()));
     }

@@ -343,6 +343,7 @@ TEST_F(PanelProgram, WarnsOfARobotThatIsNotUp) {
   ASSERT_TRUE(panel.wait_line("panel ready", within(30))) << panel.errors();
   EXPECT_EQ(panel.terminate(), 0);
   EXPECT_THAT(panel.errors(), HasSubstr("corbot-panel: warning: no robot named 'mistyped' is up"));
+  EXPECT_THAT(panel.errors(), HasSubstr("or name a robot elsewhere with corbot panel HOST:PORT/NAME"));
   EXPECT_THAT(panel.errors(), testing::Not(HasSubstr(reference_)));
 }
 
@@ -362,6 +363,8 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
               HasSubstr("in figures"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "192.0.2.1", reference_}),
               HasSubstr("'192.0.2.1' is not an address of this machine: choose another --port or --host"));
+  EXPECT_THAT(fault({"--pages", page, "--port", "0", "no name"}),
+              HasSubstr("2 corbot-panel: corbot panel 'no"));
   EXPECT_THAT(fault({"--allow-host", "http://bench", reference_}), HasSubstr("write it without scheme"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--token-file", page + "/index.html", reference_}),
               HasSubstr("exists already"));
