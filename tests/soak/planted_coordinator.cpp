@@ -29,6 +29,10 @@ class Ports : public RobotPort, public CameraPort, public StorePort {
   void move_s(const Eigen::Vector3d& point, double above_m, double duration_s) override {
     to_.robot.move_s(point, above_m, duration_s);
   }
+  void move_c(const Eigen::Vector3d& begin, const Eigen::Vector3d& middle,
+              const Eigen::Vector3d& end) override {
+    to_.robot.move_c(begin, middle, end);
+  }
   void delay(double duration_s) override { to_.robot.delay(duration_s); }
   void open() override { to_.robot.open(); }
   void close() override { to_.robot.close(); }
