@@ -57,19 +57,20 @@ def corners_of(arm: corbot.Arm) -> list[list[tuple[float, float]]]:
 def test_the_picture_shows_planes_and_boxes_near_the_arm(arm: corbot.Arm) -> None:
     arm.joints([0, 0, 0, 0])
     assert corners_of(arm) == []
-    arm.set_workspace(
-        [
-            corbot.Shape.plane("floor2", (0, 0, 1), 0.0),
-            corbot.Shape.box("post", (0.2, 0.02, 0.0), (0.25, 0.05, 0.1)),
-            corbot.Shape.box("far", (5, 5, 0), (6, 6, 1)),
-            corbot.Shape.plane("wall", (0, 2, 0), -0.05),
-        ]
-    )
+    shapes = [
+        corbot.Shape.plane("floor2", (0, 0, 1), 0.0),
+        corbot.Shape.box("post", (0.2, 0.02, 0.0), (0.25, 0.05, 0.1)),
+        corbot.Shape.box("far", (5, 5, 0), (6, 6, 1)),
+        corbot.Shape.plane("wall", (0, 2, 0), -0.05),
+    ]
+    arm.set_workspace(shapes)
     try:
         shown = corners_of(arm)
         assert len(shown) == 1 + 6 + 1
         assert all(0 <= x <= 420 and 0 <= y <= 320 for face in shown for x, y in face)
-        arm.set_frames(base=corbot.Pose(corbot.Point(5.0, 5.1, 0.0)))
+        arm.set_frames(base=corbot.Pose(corbot.Point(4.6, 5.1, 0.0)))
+        assert corners_of(arm) == [], "they hold for the previous base"
+        arm.set_workspace(shapes)
         assert len(corners_of(arm)) > 1  # the far box is near the arm, the post and the wall are far
         assert corners_of(arm) != shown
     finally:

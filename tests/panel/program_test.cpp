@@ -358,7 +358,7 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
   EXPECT_THAT(fault({"--pages", directory_.string(), reference_}), HasSubstr("there is no index.html"));
   EXPECT_THAT(fault({"--pages", page, reference_, reference_}), HasSubstr("is named twice"));
   EXPECT_THAT(fault({"--pages", page, "--port", "65536", reference_}),
-              HasSubstr("2 corbot-panel: --port: Value 65536"));
+              HasSubstr("2 corbot-panel: --port: '65536' is not a whole number"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "localhost", reference_}),
               HasSubstr("in figures"));
   EXPECT_THAT(fault({"--pages", page, "--port", "0", "--host", "192.0.2.1", reference_}),

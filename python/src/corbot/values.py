@@ -197,7 +197,8 @@ class Shape:
 class Workspace:
     """The planes and boxes in force: of the profile, and `further` ones that clients have set.
 
-    If the further ones are not `known`, no joint moves until they are set or reset.
+    If the further ones are not `known`, or hold for another base frame, no joint moves. This ends if they are
+    set or reset, or that base frame is set. `further` is empty until then, and `known` is False.
     """
 
     profile: tuple[Shape, ...]
