@@ -75,7 +75,7 @@ export interface CellState {
 export interface CellUpdate {
   cell: string;
   connection: number;
-  stops: number; // that the panel has received for the cell
+  stops: number; // that the panel has received, for any robot or cell
   state: CellState | null;
   text: string;
 }

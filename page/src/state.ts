@@ -67,7 +67,7 @@ export interface Update {
   robot: string;
   number: number;
   connection: number;
-  stops: number; // that the panel has received for the robot
+  stops: number; // that the panel has received, for any robot or cell
   arm: ArmState | null;
   program: ProgramState | null; // null: there was none
   text: string;

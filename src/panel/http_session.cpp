@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <boost/beast/websocket.hpp>
+#include <optional>
 #include <utility>
 
 #include "client/failure.h"
@@ -29,6 +30,7 @@ constexpr std::string_view kCells = "/api/cells/";
 constexpr std::string_view kPicture = "/picture";
 constexpr std::string_view kProgram = "/api/program";
 constexpr const char* kOvertaken = "a Stop came before it arrived; send it again if the arm may move";
+constexpr const char* kNoStops = "stops must be the number in the newest state";
 constexpr const char* kMayNotDrive = "this token allows to watch and to stop: open the URL to drive";
 /// The page runs only its own scripts, connects only to this server, and cannot be embedded in another page.
 constexpr const char* kContentPolicy =
@@ -47,11 +49,13 @@ bool is_foreign(const http::fields& fields, const std::vector<std::string>& more
   return origins > 1 || (origins == 1 && !is_same_origin(view(fields[http::field::origin]), host));
 }
 
-/// Removes the number of Stops that the sender knew. Returns whether a Stop has come since.
-bool is_overtaken(const Watch& watch, json& body) {
+/// Removes the number of Stops that the sender knew. Returns nothing if it is no such number, else whether a
+/// Stop has come since.
+std::optional<bool> is_overtaken(const Hub& hub, json& body) {
   const auto known = body.find("stops");
   if (known == body.end()) return false;
-  const bool is_overtaken = *known != watch.stops_requested();
+  if (!known->is_number_unsigned()) return std::nullopt;
+  const bool is_overtaken = *known != hub.received_stops.load();
   body.erase(known);
   return is_overtaken;
 }
@@ -143,10 +147,11 @@ void HttpSession::take_call(const Request& request) {
     return refuse_call(Status::bad_request,
                        "write {\"robot\": NAME, \"do\": …} with a robot of this panel, or {\"cell\": NAME, "
                        "\"do\": …} with a cell of it");
-  const bool was_overtaken = is_overtaken(*watch, body);
+  const auto was_overtaken = is_overtaken(hub_, body);
+  if (!was_overtaken) return refuse_call(Status::bad_request, kNoStops);
   try {
     Order order = watch->is_for(Watched::kCell) ? Order(cell_request(body)) : Order(call_request(body));
-    if (was_overtaken && starts_motion(order)) return refuse_call(Status::conflict, kOvertaken);
+    if (*was_overtaken && starts_motion(order)) return refuse_call(Status::conflict, kOvertaken);
     call_ = watch->request_call(std::move(order));
   } catch (const client::Failure& failure) {
     return refuse_call(Status::bad_request, failure.what());
@@ -165,7 +170,9 @@ void HttpSession::take_program(const Request& request) {
     return refuse_call(
         Status::bad_request,
         "write {\"robot\": NAME, \"name\": FILE, \"text\": PROGRAM} with a robot of this panel");
-  if (is_overtaken(*watch, body)) return refuse_call(Status::conflict, kOvertaken);
+  const auto was_overtaken = is_overtaken(hub_, body);
+  if (!was_overtaken) return refuse_call(Status::bad_request, kNoStops);
+  if (*was_overtaken) return refuse_call(Status::conflict, kOvertaken);
   try {
     client::Program program = program_request(body);
     const std::size_t count = program.statements.size();

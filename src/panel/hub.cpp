@@ -34,9 +34,10 @@ Hub::~Hub() {
   for (const auto& watch : watches) watch->end();
 }
 
-StopOrder Hub::stop(const json& wanted) const {
+StopOrder Hub::stop(const json& wanted) {
   StopOrder order;
   if (!wanted.is_object()) return order;
+  ++received_stops;
   if (wanted.contains("robot") || wanted.contains("cell")) {
     if (Watch* const one = find(wanted)) order.add(*one);
     return order;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
+#include <cstdint>
 #include <list>
 #include <memory>
 #include <optional>
@@ -61,9 +63,9 @@ class Hub {
   Hub& operator=(const Hub&) = delete;
   ~Hub();
 
-  /// Requests Stops at once: {} stops all robots and cells, {"robot": NAME} or {"cell": NAME} stops one. The
-  /// order is empty if `wanted` is no object or names none of this panel.
-  [[nodiscard]] StopOrder stop(const nlohmann::json& wanted) const;
+  /// Requests Stops at once, and counts: {} stops all robots and cells, {"robot": NAME} or {"cell": NAME}
+  /// stops one. The order is empty if `wanted` is no object or names none of this panel.
+  [[nodiscard]] StopOrder stop(const nlohmann::json& wanted);
   /// Returns what {"robot": NAME} or {"cell": NAME} names; null if there is none.
   [[nodiscard]] Watch* find(const nlohmann::json& wanted) const;
   [[nodiscard]] nlohmann::json descriptions(Watched what) const;
@@ -78,6 +80,8 @@ class Hub {
 
   const ServerSettings settings;
   const PageFiles pages;
+  /// One number for all, since a cell moves its robots. All states have it as "stops".
+  std::atomic<std::uint64_t> received_stops{0};
   boost::asio::io_context io{1};
   const std::vector<std::unique_ptr<Watch>> watches;  // declared after io: their threads post to io
 

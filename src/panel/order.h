@@ -22,10 +22,11 @@ struct CellRequest {
 /// A request to a robot or to a cell by /api/call.
 using Order = std::variant<client::Request, CellRequest>;
 
-/// Returns whether the order may start a motion.
+/// Returns whether the order may start a motion, or let one go on.
 [[nodiscard]] inline bool starts_motion(const Order& order) {
   if (const auto* cell = std::get_if<CellRequest>(&order)) return cell->action == CellAction::kStart;
-  return client::spec_of(std::get<client::Request>(order).verb).motion;
+  const client::Verb verb = std::get<client::Request>(order).verb;
+  return verb == client::Verb::kResume || client::spec_of(verb).motion;
 }
 
 }  // namespace corbot::panel

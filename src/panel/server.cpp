@@ -51,7 +51,7 @@ class Server::Listener {
         acceptor_(listen(hub_.io, hub_.settings.host, hub_.settings.port)),
         pause_(hub_.io) {
     accept();
-    for (const auto& watch : hub_.watches) watch->start([this] { on_change(); });
+    for (const auto& watch : hub_.watches) watch->start([this] { on_change(); }, hub_.received_stops);
   }
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;

@@ -32,8 +32,9 @@ Watch::~Watch() {
   if (stops_.joinable()) stops_.join();
 }
 
-void Watch::start(std::function<void()> changed) {
+void Watch::start(std::function<void()> changed, const std::atomic<std::uint64_t>& received_stops) {
   changed_ = std::move(changed);
+  received_stops_ = &received_stops;
   stops_ = std::thread([this] { run_stops(); });
   calls_ = std::thread([this] { run_calls(); });
   polls_ = std::thread([this] { run_polls(); });
@@ -68,11 +69,6 @@ Watch::StopResult Watch::last_stop() const {
   return last_stop_;
 }
 
-std::uint64_t Watch::stops_requested() const {
-  const std::lock_guard lock(mutex_);
-  return stops_requested_;
-}
-
 std::shared_ptr<const Watch::Call> Watch::request_call(Order order) {
   const std::lock_guard lock(mutex_);
   if (call_) return nullptr;
@@ -95,7 +91,7 @@ void Watch::publish(nlohmann::json state) {
     const std::lock_guard lock(mutex_);
     state["number"] = ++newest_.number;
     state["connection"] = connections_;
-    state["stops"] = stops_requested_;
+    state["stops"] = received_stops_->load();
     newest_.text = std::make_shared<const std::string>(
         state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }

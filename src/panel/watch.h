@@ -55,8 +55,8 @@ class Watch {
   ~Watch();
 
   /// Starts the threads. They call `changed` after each new state, Stop and call; `changed` must not block.
-  /// Call start() once.
-  void start(std::function<void()> changed);
+  /// Each state has `received_stops` as "stops". Call start() once.
+  void start(std::function<void()> changed, const std::atomic<std::uint64_t>& received_stops);
   /// Requests the end of the threads, and does not wait. They still carry out a Stop that was requested
   /// before. If a program runs, they stop the robot.
   void end();
@@ -74,8 +74,6 @@ class Watch {
   /// compared with last_stop().
   std::uint64_t request_stop();
   [[nodiscard]] StopResult last_stop() const;
-  /// Returns the number of the Stop that was requested last. All states have it as "stops".
-  [[nodiscard]] std::uint64_t stops_requested() const;
 
   /// Requests a call and does not wait. Returns null if another call is in progress. A Stop that is requested
   /// before the call has ended also stops the motion that the call starts.
@@ -103,6 +101,7 @@ class Watch {
   std::unique_ptr<Port> port_;
   Watched what_;
   std::function<void()> changed_;
+  const std::atomic<std::uint64_t>* received_stops_{nullptr};
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

@@ -24,7 +24,7 @@ class FakeCoordinator : public POA_Corbot::Coordinator {
   void Resume() override {}
   void Stop() override {}
   CORBA::Boolean Paused() override { return false; }
-  Corbot::CoordinatorState* State() override { return new Corbot::CoordinatorState; }
+  Corbot::CoordinatorState* State() override { return new Corbot::CoordinatorState{}; }
 };
 
 /// A store of which a test sets the ledger. It counts the events that it has sent.

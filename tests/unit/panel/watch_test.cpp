@@ -24,7 +24,7 @@ class PanelWatch : public testing::Test {
     robot_->set_calls_hang(false);
   }
   void start() {
-    watch_.start([this] { ++changes_; });
+    watch_.start([this] { ++changes_; }, received_stops_);
   }
   [[nodiscard]] json newest() const {
     const Watch::State state = watch_.newest();
@@ -33,6 +33,7 @@ class PanelWatch : public testing::Test {
 
   std::shared_ptr<FakeRobot> robot_ = std::make_shared<FakeRobot>();
   std::atomic<int> changes_{0};
+  std::atomic<std::uint64_t> received_stops_{0};
   Watch watch_{"one", std::make_unique<FakePort>(robot_)};
 };
 
