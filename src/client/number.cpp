@@ -52,7 +52,9 @@ std::string number_fault(std::string_view word) {
 std::string whole_number_fault(std::string_view word, std::int64_t low, std::int64_t high) {
   std::int64_t value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error == std::errc{} && end == word.data() + word.size() && value >= low && value <= high) return {};
+  const bool is_whole = error == std::errc{} && end == word.data() + word.size();
+  const bool is_octal = is_whole && fmt::to_string(value) != word;  // option parsers read "010" as 8
+  if (is_whole && !is_octal && value >= low && value <= high) return {};
   return fmt::format("'{}' is not a whole number from {} to {}", printable(word), low, high);
 }
 

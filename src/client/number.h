@@ -20,7 +20,7 @@ namespace corbot::client {
 [[nodiscard]] std::string number_fault(std::string_view word);
 
 /// Returns "" for a whole number within the bounds, else why it is refused: "'x' is not a whole number from
-/// 0 to 9".
+/// 0 to 9". Refuses leading zeros.
 [[nodiscard]] std::string whole_number_fault(std::string_view word, std::int64_t low, std::int64_t high);
 
 /// Returns the command line with words such as "-.5" written "-0.5": option parsers take "-." for the

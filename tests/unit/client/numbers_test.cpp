@@ -26,6 +26,13 @@ TEST(Number, RefusesWhatIsNotOne) {
   }
 }
 
+// Option parsers read "010" as 8, and "-1" as a large number without a sign.
+TEST(Number, AWholeOneIsWrittenPlainly) {
+  for (const char* word : {"1", "9", "10"}) EXPECT_EQ(whole_number_fault(word, 1, 10), "") << word;
+  for (const char* word : {"", "0", "11", "-1", "010", "+1", "1.0", "1x", "0x1", "99999999999999999999"})
+    EXPECT_THAT(whole_number_fault(word, 1, 10), HasSubstr("is not a whole number from 1 to 10")) << word;
+}
+
 TEST(Number, SaysWhy) {
   EXPECT_THAT(number_fault("0,2"), HasSubstr("decimal point"));
   EXPECT_THAT(number_fault("nan"), HasSubstr("not a finite number"));
