@@ -65,21 +65,22 @@ void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
 void Pieces::carry(Piece& piece, const Hand& hand) {
   const Vector3d before_m = piece.foot_m;
   piece.foot_m = to_world(hand, piece.in_hand_m);
-  push_others(piece, piece.foot_m - before_m);
+  push_others(piece, before_m);
   const bool slips = std::exchange(piece.slips, false);
   if (slips || hand.opening_m >= piece.diameter_m + kPlay_m) release(piece, hand);
 }
 
-/// `way_m`: the last motion of the held piece. A piece that comes from above pushes nothing.
-void Pieces::push_others(const Piece& held, const Vector3d& way_m) {
-  if (way_m.head<2>().norm() <= std::abs(way_m.z())) return;
+/// `before_m`: the foot of the held piece a step before. A piece that comes from above pushes nothing.
+void Pieces::push_others(const Piece& held, const Vector3d& before_m) {
+  constexpr double kTouch_m = 1e-9;
   for (Piece& other : pieces_) {
     if (other.state != PieceState::kStanding) continue;
     if (held.foot_m.z() >= other.foot_m.z() + other.height_m) continue;
     const Vector2d apart_m = (other.foot_m - held.foot_m).head<2>();
     const double least_m = (held.diameter_m + other.diameter_m) / 2;
     if (apart_m.norm() >= least_m) continue;
-    const Vector2d away = apart_m.isZero() ? way_m.head<2>() : apart_m;
+    if ((other.foot_m - before_m).head<2>().norm() < least_m - kTouch_m) continue;  // it came from above
+    const Vector2d away = apart_m.isZero() ? (held.foot_m - before_m).head<2>() : apart_m;
     other.foot_m.head<2>() = held.foot_m.head<2>() + least_m * away.normalized();
     other.foot_m.z() = surface_m_(other.foot_m);
   }

@@ -64,7 +64,7 @@ class Pieces {
  private:
   void look_between(Piece& piece, const Hand& hand, std::size_t number);
   void carry(Piece& piece, const Hand& hand);
-  void push_others(const Piece& held, const Eigen::Vector3d& way_m);
+  void push_others(const Piece& held, const Eigen::Vector3d& before_m);
   void release(Piece& piece, const Hand& hand);
 
   std::vector<Piece> pieces_;

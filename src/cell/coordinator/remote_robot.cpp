@@ -294,6 +294,8 @@ void RemoteRobot::move_c(const Vector3d& begin, const Vector3d& middle, const Ve
       robot->MoveC(to_point(begin), to_point(middle), to_point(end));
     } catch (const CORBA::NO_IMPLEMENT&) {
       throw Corbot::BadParameter("MoveC", 0, "the robot does not implement it");
+    } catch (const CORBA::BAD_OPERATION&) {
+      throw Corbot::BadParameter("MoveC", 0, "the robot does not have it");
     }
   });
 }

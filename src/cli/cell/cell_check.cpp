@@ -102,7 +102,7 @@ class ReachPlans {
   /// Checks a worker's path to a grasp. The return path is the same line, and a free motion or the same arc.
   void check(const Place& place, const std::string& key, const Vector3d& grasp_m) {
     result_.points += 2;
-    if (robot_.moves_on_arc(place)) check_arc(key, grasp_m + Vector3d(0, 0, robot_.above_m));
+    if (robot_.moves_on_arc(place) && waiting_) check_arc(key, grasp_m + Vector3d(0, 0, robot_.above_m));
     std::optional<DryRun> robot = waiting_;
     if (elsewhere_) {  // the line would begin above the grasp, but the robot is elsewhere
       (void)plans(robot, key, {"the motion above the grasp", Verb::kMove, grasp_m, robot_.above_m});
@@ -113,7 +113,7 @@ class ReachPlans {
     }
   }
 
-  /// Checks the arc from the wait pose to the approach.
+  /// Checks the arc from the wait pose, where only a robot without `reference` begins, to the approach.
   void check_arc(const std::string& key, const Vector3d& end_m) {
     ++result_.points;
     const Vector3d begin_m = robot_.frame.to_local(robot_.wait_m);
@@ -122,8 +122,8 @@ class ReachPlans {
     for (const Vector3d& point : {begin_m, middle_m, end_m})
       request.numbers.insert(request.numbers.end(), point.begin(), point.end());
     std::optional<DryRun> robot = waiting_;
-    const auto why = robot ? robot->refusal_of(request) : refusal_elsewhere(request);
-    if (why) result_.refused.push_back({key, "the arc above the grasp", end_m, *why});
+    if (const auto why = robot->refusal_of(request))
+      result_.refused.push_back({key, "the arc above the grasp", end_m, *why});
   }
 
   /// Returns why the robot elsewhere refuses, or nothing if it does not.

@@ -174,6 +174,17 @@ TEST_F(PiecesTest, AHeldPiecePushesAStandingPieceOutOfItsWay) {
   }
 }
 
+// Servos arrive one after the other, so the last steps of a descent may be sideways.
+TEST_F(PiecesTest, APieceThatComesFromAbovePushesNothingAlsoIfItsLastStepIsSideways) {
+  put({piece_at(0, 0), piece_at(0.1, 0)});
+  open_to(0);
+  move_to({0, 0, 0.15});
+  move_to({0.1, 0.015, 0.15});
+  move_to({0.1, 0.015, kGrasp_m});
+  move_to({0.1, 0.016, kGrasp_m});
+  EXPECT_EQ(piece(1).foot_m, Vector3d(0.1, 0, 0));
+}
+
 TEST_F(PiecesTest, APieceThatIsPushedBesideItsMiddleGivesWayToThatSide) {
   put({piece_at(0, 0), piece_at(0.100, 0.008)});
   open_to(0);

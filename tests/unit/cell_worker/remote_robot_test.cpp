@@ -27,7 +27,7 @@ enum class Mishap { kNone, kQueueFull, kLostBefore, kLostAfter };
 class PlainRobot : public POA_Corbot::Robot {
  public:
   Mishap mishap{Mishap::kNone};
-  bool has_arcs{true};
+  bool has_arcs{true}, knows_arcs{true};
   int losses{0};  ///< number of lost replies of Status
   std::vector<std::string> moved;
 
@@ -46,6 +46,7 @@ class PlainRobot : public POA_Corbot::Robot {
   void MoveS(double x, double y, double z, double d, double /*t*/) override { go("MoveS", {x, y, z + d}); }
   void MoveC(const Corbot::Point&, const Corbot::Point&, const Corbot::Point& end) override {
     if (!has_arcs) throw CORBA::NO_IMPLEMENT(0, CORBA::COMPLETED_NO);
+    if (!knows_arcs) throw CORBA::BAD_OPERATION(0, CORBA::COMPLETED_NO);
     go("MoveC", {end.x, end.y, end.z});
   }
   void Drive(CORBA::Long, double, double) override { go("Drive", tool_); }
@@ -135,6 +136,9 @@ TEST(RemoteRobot, ARobotWithoutArcsRefusesAnArcAsABadParameter) {
   EXPECT_THAT(activated.robot.moved, testing::ElementsAre("MoveC")) << "the arm has arrived";
   EXPECT_LT((robot.rest_position() - end).norm(), 1e-9);
   activated.robot.has_arcs = false;
+  EXPECT_THROW(robot.move_c(begin, middle, end), Corbot::BadParameter);
+  activated.robot.has_arcs = true;
+  activated.robot.knows_arcs = false;
   EXPECT_THROW(robot.move_c(begin, middle, end), Corbot::BadParameter);
 }
 
