@@ -18,7 +18,7 @@ run_tests() {
   if [ "$status" -ne 0 ]; then
     awk '/^[0-9]+\/[0-9]+ Testing: / { name = $3; count = 0 }
          { lines[count++] = $0 }
-         /^Test Failed\.$/ {
+         /^Test Fail(ed\.| Reason:)$/ {
            print "== the end of " name
            for (i = count > 30 ? count - 30 : 0; i < count; ++i) print substr(lines[i], 1, 300)
          }' "$dir/Testing/Temporary/LastTest.log"

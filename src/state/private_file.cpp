@@ -91,12 +91,14 @@ void replace_private(const fs::path& file, const fs::path& fresh, const std::str
 }
 
 void remove_private(const fs::path& file) {
+  const Descriptor parent = open_directory(file.parent_path());  // first: its failure removes nothing
+  if (parent.get() < 0 && (errno == ENOENT || errno == ENOTDIR)) return;
+  if (parent.get() < 0) throw_system(file.parent_path(), errno);
   if (::unlink(file.c_str()) != 0) {
-    if (errno == ENOENT || errno == ENOTDIR) return;
+    if (errno == ENOENT) return;
     throw_system(file, errno);
   }
-  const Descriptor parent = open_directory(file.parent_path());
-  if (parent.get() < 0 || ::fsync(parent.get()) != 0) throw_system(file.parent_path(), errno);
+  if (::fsync(parent.get()) != 0) throw_system(file.parent_path(), errno);
 }
 
 bool is_file_name(const std::string& text) {

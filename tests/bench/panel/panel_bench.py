@@ -110,9 +110,11 @@ def panel(*addresses: str) -> Iterator[Panel]:
 
 def stop_once(arm: corbot.Arm, browser: http.client.HTTPConnection, token: str, target: list[float]) -> float:
     """Stop a motion at its full speed; give the seconds from the request to the first slower set-point."""
-    cruise = 0.0
+    cruise, limit, tries = 0.0, arm.limits[0].speed, 0
     # After an overrun the arm begins again from rest. A Stop then ends the acceleration before it slows down.
-    while cruise < 0.999 * arm.limits[0].speed:
+    while cruise < 0.999 * limit:
+        tries += 1
+        assert tries < 20, "the arm never reaches its full speed"
         if abs(arm.state.joints[0] - target[0]) < RUN_UP:
             arm.joints([-joint for joint in target])
         arm.joints(target, wait=False)
