@@ -102,10 +102,13 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
     shapes_.check_known_at(request, frames_in_force(planner_.model().kinematics, settings).base_T_0);
     return Basis{*start, limits_.wanted(), shapes_.shapes()};
   };
+  const auto check_stops = [&] {
+    if (task.stops() != begin.epoch) throw stopped("a Stop came before the motion was planned");
+  };
   const std::lock_guard turn(turn_mutex_);
   std::unique_lock lock(order_mutex_);
   access_.check(task);
-  if (task.stops() != begin.epoch) throw stopped("a Stop came before the motion was planned");
+  check_stops();
   if (tickets_.pending() >= static_cast<std::size_t>(capacity_)) throw queue_full(capacity_);
   const auto planned = basis();
   if (!planned) return std::nullopt;
@@ -117,6 +120,7 @@ std::optional<corbot_ticket> MotionQueue::plan_next(const MotionRequest& request
   PlanResult result = planner_.plan(start, limited, request);
   lock.lock();
   access_.check(task);
+  check_stops();
   if (basis() != planned) return std::nullopt;
   if (const auto* refusal = std::get_if<PlanRefusal>(&result))
     throw refused(request, *refusal, planner_.model().kinematics);
