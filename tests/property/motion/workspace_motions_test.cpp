@@ -184,6 +184,10 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
     ++results_.counts["workspace_refusals"];
     EXPECT_TRUE(leaves_workspace(refusal)) << refusal.text;
     EXPECT_LT(free_m, kMissed_m) << refusal.text;
+    const bool is_unproved = refusal.text.find("too close") != std::string::npos;  // but perhaps not beyond
+    if (!is_unproved) {
+      EXPECT_LT(refusal.value, refusal.lower) << refusal.text;
+    }
     // A part that begins outside may end no deeper, and beside an edge there may be no proof.
     const bool is_false = free_m >= -0.5 * kWorkspaceTolerance_m ||
                           refusal.value >= refusal.lower - 0.4 * kWorkspaceTolerance_m;
@@ -264,7 +268,7 @@ TEST_P(WorkspaceMotions, StayInsideAndRefusedOnesWouldNot) {
     EXPECT_GT(results_.counts["workspace_stopped"], 0u);
   }
   EXPECT_EQ(results_.counts["workspace_false_acceptances"], 0u);
-  EXPECT_LE(results_.counts["workspace_false_refusals"], motions / 50);
+  EXPECT_LE(results_.counts["workspace_false_refusals"], 1 + motions / 1000);
   fmt::print("{}\n", to_string(results_));
   run_results().add(results_);
 }
