@@ -100,7 +100,12 @@ RateState PathStop::at(const GovernedMotion& motion, double elapsed_s) const noe
 class PathStop::Walk {
  public:
   Walk(const PathStop& stop, const GovernedMotion& motion, double most_rate, int* samples) noexcept
-      : stop_(&stop), motion_(&motion), most_rate_(most_rate), samples_(samples), time_s_(stop.from_.time_s) {
+      : stop_(&stop),
+        motion_(&motion),
+        most_rate_(most_rate),
+        samples_(samples),
+        time_s_(stop.from_.time_s),
+        before_{0.0, stop.from_.rate, stop.from_.change} {
     for (std::size_t i = 0; i < motion.count; ++i)
       segment_[i] = motion.laws[i].law.segment_at(stop.from_.time_s, 0);
   }
@@ -111,7 +116,14 @@ class PathStop::Walk {
   [[nodiscard]] bool goes(double jerk, double to_elapsed_s, int samples) noexcept;
 
  private:
-  [[nodiscard]] bool keeps_limits() const noexcept;
+  /// The rate at one sample.
+  struct Sample {
+    double elapsed_s;
+    double rate;
+    double change;
+  };
+  [[nodiscard]] static double greatest_between(const Sample& first, const Sample& second) noexcept;
+  [[nodiscard]] bool keeps_limits() noexcept;
   [[nodiscard]] bool advance(double to_elapsed_s) noexcept;
   [[nodiscard]] bool pass_corner(double corner_s, double by_elapsed_s) noexcept;
   [[nodiscard]] double next_corner_s() const noexcept;
@@ -124,6 +136,7 @@ class PathStop::Walk {
   double elapsed_s_{0.0};
   double time_s_;
   double jerk_{0.0};
+  Sample before_;  ///< the previous sample
 };
 
 bool PathStop::Walk::goes(double jerk, double to_elapsed_s, int samples) noexcept {
@@ -145,13 +158,25 @@ double PathStop::Walk::even_jerk() const noexcept {
   return state.rate * (leading.jerk * state.rate * state.rate + 3.0 * leading.acceleration * state.change);
 }
 
-bool PathStop::Walk::keeps_limits() const noexcept {
+/// Returns a bound of the rate between two samples. If the rate rises at the first and falls at the second,
+/// the bound is where both tangents meet.
+double PathStop::Walk::greatest_between(const Sample& first, const Sample& second) noexcept {
+  if (!(first.change > 0.0 && second.change < 0.0)) return std::max(first.rate, second.rate);
+  const double length_s = second.elapsed_s - first.elapsed_s;
+  const double rise_s =
+      (second.rate - first.rate - second.change * length_s) / (first.change - second.change);
+  return first.rate + first.change * std::clamp(rise_s, 0.0, length_s);
+}
+
+bool PathStop::Walk::keeps_limits() noexcept {
   if (--*samples_ < 0) return false;
   const std::size_t leader = stop_->leader_;
   const Derivatives leading = derivatives(motion_->laws[leader].law, segment_[leader], time_s_);
   const Step led = stop_->leading_at(elapsed_s_);
   const RateState state = rate_for(leading, time_s_, {led.velocity, led.acceleration});
-  if (!(state.rate <= most_rate_ + kRateRounding)) return false;
+  const Sample now{elapsed_s_, state.rate, state.change};
+  if (!(greatest_between(before_, now) <= most_rate_ + kRateRounding)) return false;
+  before_ = now;
   if (!(leading.velocity > 0.0)) return true;
   const double square = state.rate * state.rate;
   for (std::size_t i = 0; i < motion_->count; ++i) {

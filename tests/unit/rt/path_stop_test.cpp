@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -123,6 +125,32 @@ TEST(PathStop, GoesStepwiseWhereOneLawHasNoRoom) {
     EXPECT_LE(cycles_to_rest(&governor) * kDt, 2.0 * shortest_stop_s(motion, now)) << until_s;
   }
   EXPECT_GT(stepwise, 0);
+}
+
+/// One law still accelerates when another one brakes. The rate of these stops rises between two samples.
+TEST(PathStop, GoesNoFasterThanTheMotion) {
+  struct Case {
+    double until_s;
+    std::array<double, 3> distances, speeds;
+  };
+  for (const Case& of : {Case{0.116, {0.838912, 0.582145, 1.030118}, {1.982423, 2.226177, 2.809565}},
+                         Case{0.133, {1.576862, 1.155063, 1.390095}, {2.105710, 2.105868, 2.927845}}}) {
+    std::vector<TimeLaw> laws;
+    for (std::size_t i = 0; i < of.speeds.size(); ++i)
+      laws.push_back(plan_law(of.distances[i], {of.speeds[i], kLimits.acceleration, kLimits.jerk}));
+    const double duration_s = motion_of(laws).duration_s;
+    for (TimeLaw& law : laws) law = stretch(law, duration_s);
+    rt::Governor governor = running(motion_of(laws), of.until_s);
+    governor.set_target(0.0);
+    double fastest = 0.0;
+    for (int cycle = 0; cycle < 5000 && !governor.holding(); ++cycle) {
+      const double before_s = governor.virtual_time_s();
+      governor.advance(kDt);
+      fastest = std::max(fastest, (governor.virtual_time_s() - before_s) / kDt);
+    }
+    EXPECT_TRUE(governor.holding());
+    EXPECT_LE(fastest - 1.0, 1e-6) << of.until_s;
+  }
 }
 
 TEST(PathStop, LooksAtNoMoreSamplesThanItMay) {
