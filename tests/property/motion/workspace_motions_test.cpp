@@ -210,7 +210,7 @@ class WorkspaceMotions : public ::testing::TestWithParam<const char*> {
         std::any_of(allowed_m.begin(), allowed_m.end(), [](double m) { return m < 0.0; });
     const int first = static_cast<int>(draw_.in(1, cycles)),
               second = first + static_cast<int>(draw_.in(1, 60));
-    for (int i = 0; rig.snapshot.last_done_id < last_id && i < 100'000 && !HasFailure(); ++i) {
+    for (int i = 0; rig.snapshot.last_done_id < last_id && i < cycles + 10'000 && !HasFailure(); ++i) {
       if (i == first) interrupt(rig, last_id, kind);
       if (i == second && kind >= 3) rig.stop();
       rig.step();
