@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 from __future__ import annotations
 
+import os
+import signal
 import time
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
 import corbot
+from corbot import _orb
 from support import FAR, SLOWLY, until
 
 
@@ -45,3 +50,23 @@ def test_the_blocks_own_exception_counts_where_control_had_ended(arm: corbot.Arm
         held.call("Release")
         _ = 1 / 0
     arm.ready()
+
+
+def test_ctrl_c_while_control_is_acquired_releases_it(
+    arm: corbot.Arm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = _orb.call
+
+    def interrupted(address: str, operation: Callable[..., Any], *arguments: Any) -> Any:
+        with _orb.uninterrupted():
+            result = original(address, operation, *arguments)
+            if operation.__name__ == "Acquire":
+                os.kill(os.getpid(), signal.SIGINT)
+        return result
+
+    monkeypatch.setattr(_orb, "call", interrupted)
+    with pytest.raises(KeyboardInterrupt), arm.control("Ada"):
+        raise AssertionError("the block begins only under control")
+    monkeypatch.undo()
+    with arm.control("Grace"):
+        arm.ready()

@@ -395,17 +395,19 @@ class Arm:
         stops.
         """
         seconds = _number(lease)
-        plain, held = self._reference, self.call("Acquire", who, seconds)
-        _orb.set_timeout(held, self._timeout)
-        ended = threading.Event()
-        renewal = threading.Thread(target=self._renew, args=(held, seconds / 3.0, ended), daemon=True)
-        self._reference = held
-        renewal.start()
+        plain, ended = self._reference, threading.Event()
+        held = None
         try:
+            with _orb.uninterrupted():  # Ctrl-C meanwhile releases control, too
+                held = self.call("Acquire", who, seconds)
+            _orb.set_timeout(held, self._timeout)
+            self._reference = held
+            threading.Thread(target=self._renew, args=(held, seconds / 3.0, ended), daemon=True).start()
             yield self
         except BaseException:
-            with contextlib.suppress(CorbotError):  # the block's exception says more
-                self._release(held, plain, ended)
+            if held is not None:
+                with contextlib.suppress(CorbotError):  # the block's exception says more
+                    self._release(held, plain, ended)
             raise
         self._release(held, plain, ended)
 
