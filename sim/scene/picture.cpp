@@ -42,6 +42,14 @@ void add_circle(std::vector<Vector3d>& points, const Vector3d& middle, double ra
   }
 }
 
+/// Adds the outline of a piece or label in the plane of two unit vectors. A square has sides along them.
+void add_outline(std::vector<Vector3d>& points, const Vector3d& middle, double width_m, bool is_square,
+                 const Vector3d& u, const Vector3d& v) {
+  if (!is_square) return add_circle(points, middle, width_m / 2, u, v);
+  for (const auto& [along, across] : {std::pair{-1, -1}, {-1, 1}, {1, 1}, {1, -1}})
+    points.emplace_back(middle + width_m / 2 * (along * u + across * v));
+}
+
 void add_sphere(std::vector<Vector3d>& points, const Vector3d& middle, double radius_m) {
   constexpr int kCircles = 8;
   for (int i = 0; i < kCircles; ++i) {
@@ -54,22 +62,24 @@ void add_sphere(std::vector<Vector3d>& points, const Vector3d& middle, double ra
 /// foot.
 void add_standing(std::vector<Shape>& shapes, const DrawnPiece& piece) {
   const Vector3d top = piece.foot_m + piece.height_m * Vector3d::UnitZ();
+  const Vector3d along(std::cos(piece.yaw_rad), std::sin(piece.yaw_rad), 0);
+  const Vector3d across = Vector3d::UnitZ().cross(along);
   Shape body{piece.foot_m.z(), {}, kBody};
   for (const Vector3d& middle : {piece.foot_m, top})
-    add_circle(body.points, middle, piece.diameter_m / 2, Vector3d::UnitX(), Vector3d::UnitY());
+    add_outline(body.points, middle, piece.width_m, piece.is_square, along, across);
   Shape label{top.z(), {}, cv::Scalar(piece.label_bgr[0], piece.label_bgr[1], piece.label_bgr[2])};
-  add_circle(label.points, top, piece.label_m / 2, Vector3d::UnitX(), Vector3d::UnitY());
+  add_outline(label.points, top, piece.label_m, piece.is_square, along, across);
   shapes.push_back(std::move(body));
   shapes.push_back(std::move(label));
 }
 
 void add_lying(std::vector<Shape>& shapes, const DrawnPiece& piece) {
   const Vector3d along(std::cos(piece.yaw_rad), std::sin(piece.yaw_rad), 0);
-  const Vector3d middle = piece.foot_m + piece.diameter_m / 2 * Vector3d::UnitZ();
+  const Vector3d middle = piece.foot_m + piece.width_m / 2 * Vector3d::UnitZ();
   Shape body{piece.foot_m.z(), {}, kBody};
   for (const double end_m : {-piece.height_m / 2, piece.height_m / 2})
-    add_circle(body.points, middle + end_m * along, piece.diameter_m / 2, Vector3d::UnitZ(),
-               Vector3d::UnitZ().cross(along));
+    add_outline(body.points, middle + end_m * along, piece.width_m, piece.is_square, Vector3d::UnitZ(),
+                Vector3d::UnitZ().cross(along));
   shapes.push_back(std::move(body));
 }
 

@@ -15,15 +15,16 @@
 
 namespace corbot::sim {
 
-/// A cylinder as a picture shows it: a dark body with a coloured label on top.
+/// A cylinder or a square prism as a picture shows it: a dark body with a coloured label on top.
 struct DrawnPiece {
   Eigen::Vector3d foot_m{};  ///< world; lying: the point of the surface below its middle
-  double diameter_m{};
+  double width_m{};          ///< diameter, or side of a square
   double height_m{};
-  double label_m{};  ///< diameter
+  double label_m{};  ///< label's diameter, or side
   std::array<std::uint8_t, 3> label_bgr{};
   bool is_lying{false};  ///< its label is not visible
-  double yaw_rad{0};     ///< lying: direction of its axis
+  double yaw_rad{0};     ///< lying: direction of its axis; standing and square: direction of a side
+  bool is_square{false};
 };
 
 struct PictureOptions {

@@ -48,8 +48,8 @@ void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
   const double tool_above_m = -local.z();
   if (std::abs(local.x()) > kAlong_m || tool_above_m < kEnd_m || tool_above_m > piece.height_m - kEnd_m)
     return;
-  const double room_m = (hand.opening_m - piece.diameter_m) / 2;
-  const bool is_held = hand.opening_m < piece.diameter_m + kPlay_m;
+  const double room_m = (hand.opening_m - piece.width_m) / 2;
+  const bool is_held = hand.opening_m < piece.width_m + kPlay_m;
   if (!was_between && (is_held || std::abs(local.y()) > room_m)) return;
   piece.hand = number;
   const double least_m = std::max(room_m, 0.0);
@@ -67,7 +67,7 @@ void Pieces::carry(Piece& piece, const Hand& hand) {
   piece.foot_m = to_world(hand, piece.in_hand_m);
   push_others(piece, before_m);
   const bool slips = std::exchange(piece.slips, false);
-  if (slips || hand.opening_m >= piece.diameter_m + kPlay_m) release(piece, hand);
+  if (slips || hand.opening_m >= piece.width_m + kPlay_m) release(piece, hand);
 }
 
 /// `before_m`: the foot of the held piece a step before. A piece that comes from above pushes nothing.
@@ -77,7 +77,7 @@ void Pieces::push_others(const Piece& held, const Vector3d& before_m) {
     if (other.state != PieceState::kStanding) continue;
     if (held.foot_m.z() >= other.foot_m.z() + other.height_m) continue;
     const Vector2d apart_m = (other.foot_m - held.foot_m).head<2>();
-    const double least_m = (held.diameter_m + other.diameter_m) / 2;
+    const double least_m = (held.width_m + other.width_m) / 2;
     if (apart_m.norm() >= least_m) continue;
     if ((other.foot_m - before_m).head<2>().norm() < least_m - kTouch_m) continue;  // it came from above
     const Vector2d away = apart_m.isZero() ? (held.foot_m - before_m).head<2>() : apart_m;
@@ -91,7 +91,7 @@ void Pieces::release(Piece& piece, const Hand& hand) {
   const bool is_taken = std::any_of(pieces_.begin(), pieces_.end(), [&](const Piece& other) {
     const double apart_m = (other.foot_m - piece.foot_m).head<2>().norm();
     return &other != &piece && other.state == PieceState::kStanding &&
-           apart_m < (other.diameter_m + piece.diameter_m) / 2;
+           apart_m < (other.width_m + piece.width_m) / 2;
   });
   const bool stands = std::abs(piece.foot_m.z() - surface_m) <= kDrop_m && !is_taken;
   piece.state = stands ? PieceState::kStanding : PieceState::kFallen;

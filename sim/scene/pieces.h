@@ -19,7 +19,7 @@ enum class PieceState { kStanding, kHeld, kFallen };
 /// An upright cylinder. World, metres.
 struct Piece {
   std::size_t kind{};
-  double diameter_m{};
+  double width_m{};  ///< diameter
   double height_m{};
   /// The middle of its foot; for a fallen piece, of its side on the surface.
   Eigen::Vector3d foot_m{Eigen::Vector3d::Zero()};

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -85,17 +86,25 @@ struct CellRobot {
   }
 };
 
-/// The table `kind`: pieces are upright cylinders with a coloured label on top.
+/// The table `kind`: pieces are upright cylinders or square prisms with a coloured label of the same shape on
+/// top.
 struct Kind {
   std::string name;
   std::array<double, 2>
       hue_deg{};  ///< 0 to 360, from the first up to the second; passes 0 if the second is smaller
   double saturation_min{0.45};  ///< 0 … 1
   double value_min{0.25};       ///< 0 … 1
-  double label_m{};             ///< label's diameter
-  double diameter_m{};
+  bool is_square{false};
+  double label_m{};  ///< label's diameter, or side of a square
+  double width_m{};  ///< piece's diameter, or side of a square
   double height_m{};
   double grasp_m{};  ///< height of the tool centre point over the foot
+
+  /// Returns the diameter of the circle around an outline of this width: a square turned by any yaw is
+  /// within it.
+  [[nodiscard]] double circle_m(double outline_m) const {
+    return is_square ? std::numbers::sqrt2 * outline_m : outline_m;
+  }
 };
 
 /// The table `timing`.

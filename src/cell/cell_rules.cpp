@@ -86,7 +86,7 @@ std::filesystem::path longest_socket(const CellConfig& cell) {
 }
 
 bool shows(const CameraModel& camera, const Place& place, const Kind& kind) {
-  const Vector2d half = place.half_size_m().array() + kind.label_m / 2;
+  const Vector2d half = place.half_size_m().array() + kind.circle_m(kind.label_m) / 2;
   const Vector2d last(camera.size_px[0], camera.size_px[1]);
   for (const Vector2d& sign : {Vector2d(-1, -1), Vector2d(-1, 1), Vector2d(1, -1), Vector2d(1, 1)}) {
     const Vector2d corner = half.cwiseProduct(sign);
@@ -135,7 +135,7 @@ std::optional<PieceRoom> piece_room(const CellConfig& cell) {
   const auto robot = std::find_if(cell.robots.begin(), cell.robots.end(), takes_from_area);
   if (robot == cell.robots.end() || cell.kinds.empty()) return std::nullopt;
   double widest_m = 0;
-  for (const Kind& kind : cell.kinds) widest_m = std::max(widest_m, kind.diameter_m);
+  for (const Kind& kind : cell.kinds) widest_m = std::max(widest_m, kind.circle_m(kind.width_m));
   const Place* area = cell.place(robot->from);
   return PieceRoom{area, *area->size_m - Vector2d::Constant(widest_m + 2 * kEdge_m),
                    widest_m + kRimSpacing_m};

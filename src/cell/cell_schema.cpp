@@ -108,12 +108,12 @@ class Reader {
       kind.saturation_min =
           section.number_or("saturation_min", kind.saturation_min, {0.05, 1, false, ""}).value_or(0);
       kind.value_min = section.number_or("value_min", kind.value_min, {0.05, 1, false, ""}).value_or(0);
-      kind.diameter_m = section.number("diameter_m", {0.002, 0.2, false, "m"}).value_or(0);
+      kind.width_m = section.number("diameter_m", {0.002, 0.2, false, "m"}).value_or(0);
       kind.label_m = section.number("label_m", {0.002, 0.2, false, "m"}).value_or(0);
       kind.height_m = section.number("height_m", {0.002, 0.5, false, "m"}).value_or(0);
       kind.grasp_m = section.number("grasp_m", {0.001, 0.5, false, "m"}).value_or(0);
-      if (kind.diameter_m > 0 && kind.label_m > kind.diameter_m)
-        section.refuse("label_m", fmt::format("must be at most diameter_m, {} m", kind.diameter_m));
+      if (kind.width_m > 0 && kind.label_m > kind.width_m)
+        section.refuse("label_m", fmt::format("must be at most diameter_m, {} m", kind.width_m));
       if (kind.height_m > 0 && kind.grasp_m > kind.height_m - kGraspBelowTop_m)
         section.refuse("grasp_m", fmt::format("must be {} m or more below height_m, {} m", kGraspBelowTop_m,
                                               kind.height_m));
@@ -123,7 +123,7 @@ class Reader {
                          fmt::format("must not overlap those of {}: kinds differ by the hue of their label",
                                      other.name));
       tallest_m_ = std::max(tallest_m_, kind.height_m);
-      widest_m_ = std::max(widest_m_, kind.diameter_m);
+      widest_m_ = std::max(widest_m_, kind.width_m);
       section.finish();
       kind_lines_.push_back(section.line_of("name"));
       cell_.kinds.push_back(kind);

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <numbers>
 #include <random>
 
 #include "cell/camera/picture_view.h"
@@ -108,6 +110,31 @@ TEST_F(PictureView, TheMarkIsWhereThePieceIs) {
         3 * (static_cast<std::size_t>(about->y()) * static_cast<std::size_t>(cell_.camera.size_px[0]) +
              static_cast<std::size_t>(about->x()));
     EXPECT_EQ(marked[middle], 128) << "the piece itself stays to be seen";
+  }
+}
+
+TEST_F(PictureView, TheMarkOfASquareIsTurnedLikeTheSquare) {
+  CellConfig cell = cell_;
+  cell::Kind& kind = cell.kinds.front();
+  kind.is_square = true;
+  const Vector3d foot = cell.places.front().frame.position_m;
+  for (const double yaw : {-0.7, 0.0, 0.4}) {
+    Bytes marked(size(), 128);
+    cell::mark(marked, cell, {{kind.name, foot, 1, yaw}});
+    const auto is_marked = [&](double from_side_rad, double radius_m) {
+      const double angle = yaw + from_side_rad;
+      const auto at = cell.camera.project(
+          foot + Vector3d(radius_m * std::cos(angle), radius_m * std::sin(angle), kind.height_m));
+      return marked[3 * (static_cast<std::size_t>(std::lround(at->y())) * 1280 +
+                         static_cast<std::size_t>(std::lround(at->x())))] != 128;
+    };
+    for (int i = 0; i < 4; ++i) {
+      const double side_rad = i * std::numbers::pi / 2;
+      EXPECT_TRUE(is_marked(side_rad, kind.label_m / 2)) << yaw << ": middle of side " << i;
+      EXPECT_FALSE(is_marked(side_rad, kind.label_m / std::numbers::sqrt2)) << yaw << ": beyond side " << i;
+      EXPECT_TRUE(is_marked(side_rad + std::numbers::pi / 4, kind.label_m / std::numbers::sqrt2))
+          << yaw << ": corner " << i;
+    }
   }
 }
 

@@ -103,7 +103,7 @@ class Source : public testing::Test {
     sim::Picture picture(
         {.project = [&](const Eigen::Vector3d& point) { return cell_.camera.project(point); }});
     const sim::DrawnPiece piece{
-        cell_.places.front().frame.position_m, kind.diameter_m, kind.height_m, kind.label_m, {30, 30, 200}};
+        cell_.places.front().frame.position_m, kind.width_m, kind.height_m, kind.label_m, {30, 30, 200}};
     bytes_ = picture.draw(std::array{piece}, {});
     peer_.emplace(cell_.picture_socket());
     servant_.emplace(cell_);

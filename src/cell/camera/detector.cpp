@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include <opencv2/imgproc.hpp>
@@ -69,28 +71,51 @@ Blob blob_of(const cv::Mat& labels, int label, const cv::Rect& box, const cv::Ma
 struct Outline {
   Vector3d top_m;  ///< middle of the label
   Eigen::Matrix2d metres_by_pixel;
-  [[nodiscard]] double area_px(double radius_m) const {
-    return std::numbers::pi * radius_m * radius_m / std::abs(metres_by_pixel.determinant());
+  double half_m{};  ///< radius, or half a side
+  bool is_square{false};
+  double yaw_rad{0};
+
+  [[nodiscard]] double area_px() const {
+    return (is_square ? 4 : std::numbers::pi) * half_m * half_m / std::abs(metres_by_pixel.determinant());
+  }
+  /// `offset_px`: from the label's middle.
+  [[nodiscard]] bool covers(const Vector2d& offset_px) const {
+    const Vector2d local = Eigen::Rotation2Dd(-yaw_rad) * Vector2d(metres_by_pixel * offset_px);
+    return is_square ? local.cwiseAbs().maxCoeff() <= half_m : local.squaredNorm() <= half_m * half_m;
   }
 };
 
-std::optional<Outline> outline_at(const CameraModel& camera, const Vector2d& pixel, double z_m) {
+std::optional<Outline> outline_at(const CameraModel& camera, const Vector2d& pixel, double z_m,
+                                  const Kind& kind) {
   const auto here = camera.on_plane(pixel, z_m);
   const auto right = camera.on_plane(pixel + Vector2d(1, 0), z_m);
   const auto down = camera.on_plane(pixel + Vector2d(0, 1), z_m);
   if (!here || !right || !down) return std::nullopt;
-  Outline outline{*here, {}};
+  Outline outline{*here, {}, kind.label_m / 2, kind.is_square};
   outline.metres_by_pixel << (*right - *here).head<2>(), (*down - *here).head<2>();
   return outline;
 }
 
+/// Returns the yaw of a square blob, from -pi/4 up to pi/4. The mean of (x + iy)^4 over a square with its
+/// sides along x and y is negative and real. A turn by the yaw multiplies the mean by exp(4i yaw).
+double yaw_of(const Blob& blob, const Outline& outline) {
+  std::complex<double> sum;
+  for (const Vector2d& pixel : blob.pixels) {
+    const Vector2d offset_m = outline.metres_by_pixel * (pixel - blob.middle);
+    const std::complex<double> square = std::pow(std::complex(offset_m.x(), offset_m.y()), 2);
+    sum -= square * square;
+  }
+  const double yaw_rad = std::arg(sum) / 4;
+  return yaw_rad < std::numbers::pi / 4 ? yaw_rad : -std::numbers::pi / 4;
+}
+
 /// Returns the intersection of blob and outline, divided by their union.
-double agreement(const Blob& blob, const Outline& outline, double radius_m) {
-  const auto inside = std::count_if(blob.pixels.begin(), blob.pixels.end(), [&](const Vector2d& pixel) {
-    return (outline.metres_by_pixel * (pixel - blob.middle)).squaredNorm() <= radius_m * radius_m;
-  });
-  const double shared = static_cast<double>(inside);
-  return shared / (static_cast<double>(blob.pixels.size()) + outline.area_px(radius_m) - shared);
+double agreement(const Blob& blob, const Outline& outline) {
+  const double shared =
+      static_cast<double>(std::count_if(blob.pixels.begin(), blob.pixels.end(), [&](const Vector2d& pixel) {
+        return outline.covers(pixel - blob.middle);
+      }));
+  return shared / (static_cast<double>(blob.pixels.size()) + outline.area_px() - shared);
 }
 
 /// Returns the picture's rectangle that shows a place with the margin `beyond_m`, `above_m` above its
@@ -115,12 +140,13 @@ bool is_at_edge(const cv::Rect& box, const cv::Size& size) {
 /// Returns the piece below a blob, or nothing if the blob is not a whole label over the place.
 std::optional<Detection> examine(const Blob& blob, const Kind& kind, const Place& place,
                                  const CameraModel& camera) {
-  const auto outline = outline_at(camera, blob.middle, place.frame.position_m.z() + kind.height_m);
+  auto outline = outline_at(camera, blob.middle, place.frame.position_m.z() + kind.height_m, kind);
   if (!outline) return std::nullopt;
-  const double confidence = agreement(blob, *outline, kind.label_m / 2);
+  if (kind.is_square) outline->yaw_rad = yaw_of(blob, *outline);
+  const double confidence = agreement(blob, *outline);
   const Vector3d foot = outline->top_m - kind.height_m * Vector3d::UnitZ();
   if (!(confidence >= kLeastAgreement) || !place.covers(foot, kBeyondEdge_m)) return std::nullopt;
-  return Detection{kind.name, foot, std::min(confidence, 1.0)};
+  return Detection{kind.name, foot, std::min(confidence, 1.0), outline->yaw_rad};
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ struct Detection {
   std::string kind;
   Eigen::Vector3d position_m{};  ///< middle of the foot, world
   double confidence{};           ///< 0 … 1: see Detector
+  double yaw_rad{0};             ///< square kinds: direction of a side about z, from -pi/4 up to pi/4
 };
 
 /// Finds standing pieces by the coloured labels on their tops. A piece counts if its foot is over a place, or

@@ -15,7 +15,7 @@
 namespace corbot::cell {
 namespace {
 
-constexpr int kCorners = 48;  // corners of an outline
+constexpr int kCorners = 48;  // corners of a round outline
 constexpr double kLetters = 0.33;
 constexpr int kRow_px = 13;
 
@@ -27,13 +27,15 @@ void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& at) {
 }
 
 /// Returns the edge of a label in the picture. Empty if a part of the edge is behind the camera.
-std::vector<cv::Point> outline_of(const CameraModel& camera, const Kind& kind, const Eigen::Vector3d& foot) {
+std::vector<cv::Point> outline_of(const CameraModel& camera, const Kind& kind, const Detection& piece) {
+  const Eigen::Vector3d middle = piece.position_m + kind.height_m * Eigen::Vector3d::UnitZ();
+  const int corners = kind.is_square ? 4 : kCorners;
+  const double first = kind.is_square ? piece.yaw_rad + std::numbers::pi / 4 : 0;
   std::vector<cv::Point> outline;
-  for (int i = 0; i < kCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kCorners;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = first + 2 * std::numbers::pi * i / corners;
     const Eigen::Vector3d edge(std::cos(angle), std::sin(angle), 0);
-    const auto pixel =
-        camera.project(foot + kind.height_m * Eigen::Vector3d::UnitZ() + kind.label_m / 2 * edge);
+    const auto pixel = camera.project(middle + kind.circle_m(kind.label_m) / 2 * edge);
     if (!pixel) return {};
     outline.emplace_back(static_cast<int>(std::lround(pixel->x())),
                          static_cast<int>(std::lround(pixel->y())));
@@ -64,7 +66,7 @@ void mark(std::span<std::uint8_t> bgr, const CellConfig& cell, const std::vector
   for (const Detection& piece : found) {
     const Kind* const kind = cell.kind(piece.kind);
     if (kind == nullptr) continue;
-    const std::vector<cv::Point> outline = outline_of(cell.camera, *kind, piece.position_m);
+    const std::vector<cv::Point> outline = outline_of(cell.camera, *kind, piece);
     if (outline.empty()) continue;
     cv::polylines(picture, outline, true, cv::Scalar(0, 0, 0), 4, cv::LINE_AA);
     cv::polylines(picture, outline, true, cv::Scalar(255, 255, 0), 2,

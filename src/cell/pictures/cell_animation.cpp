@@ -190,7 +190,7 @@ class Animation {
 
   [[nodiscard]] double largest_m() const {
     double largest = 0;
-    for (const Kind& kind : cell_.kinds) largest = std::max(largest, kind.diameter_m);
+    for (const Kind& kind : cell_.kinds) largest = std::max(largest, kind.width_m);
     return largest;
   }
 
@@ -240,7 +240,7 @@ class Animation {
   }
   [[nodiscard]] double diameter_m(std::size_t piece) const {
     const Kind* const kind = cell_.kind(record_.cast.kinds[piece]);
-    return kind == nullptr ? largest_m() : kind->diameter_m;
+    return kind == nullptr ? largest_m() : kind->width_m;
   }
 
   /// Adds a piece: body, label in the colour of its kind, and a mark that identifies the kind without

@@ -89,7 +89,7 @@ std::vector<sim::Piece> Scene::scattered(std::uint64_t seed) const {
   for (const Vector2d& point : *points) {
     sim::Piece piece;
     piece.kind = pieces.size() % cell_.kinds.size();
-    piece.diameter_m = cell_.kinds[piece.kind].diameter_m;
+    piece.width_m = cell_.kinds[piece.kind].width_m;
     piece.height_m = cell_.kinds[piece.kind].height_m;
     piece.foot_m = room.area->frame.to_world({point.x(), point.y(), 0});
     pieces.push_back(piece);
@@ -193,7 +193,7 @@ SceneView Scene::view() const {
   view.time_ns = time_ns_;
   for (const sim::Piece& piece : pieces_->all()) {
     const Kind& kind = cell_.kinds[piece.kind];
-    view.pieces.push_back({piece.foot_m, piece.diameter_m, piece.height_m, kind.label_m, label_bgr(kind),
+    view.pieces.push_back({piece.foot_m, piece.width_m, piece.height_m, kind.label_m, label_bgr(kind),
                            piece.state == sim::PieceState::kFallen, piece.yaw_rad});
   }
   for (const sim::ArmBody& arm : arms_) view.arms.insert(view.arms.end(), arm.links.begin(), arm.links.end());

@@ -43,7 +43,7 @@ std::vector<Candidate> untaken(const CellConfig& cell, const Place& area, const 
     const Vector3d position(each.position.x, each.position.y, each.position.z);
     const Kind* kind = cell.kind(each.kind.in());
     if (kind == nullptr || !area.carries(position)) continue;
-    const auto is_it = [&](const Vector3d& spot) { return distance(spot, position) < kind->diameter_m / 2; };
+    const auto is_it = [&](const Vector3d& spot) { return distance(spot, position) < kind->width_m / 2; };
     if (std::any_of(taken.begin(), taken.end(), is_it)) continue;
     found.push_back({0, kind->name, std::nullopt, position, each.yaw, 0});
   }

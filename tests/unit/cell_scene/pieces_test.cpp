@@ -19,7 +19,7 @@ constexpr double kGrasp_m = 0.030;
 
 Piece piece_at(double x_m, double y_m) {
   Piece piece;
-  piece.diameter_m = 0.020;
+  piece.width_m = 0.020;
   piece.height_m = 0.045;
   piece.foot_m = {x_m, y_m, 0};
   return piece;

@@ -31,7 +31,7 @@ inline CellConfig demo_cell(const std::filesystem::path& directory) {
   }
   Kind kind;
   kind.name = "red";
-  kind.diameter_m = 0.02;
+  kind.width_m = 0.02;
   cell.kinds = {kind};
   return cell;
 }

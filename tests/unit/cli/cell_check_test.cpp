@@ -123,7 +123,7 @@ TEST(CellCheck, EachKindHasItsOwnGrasp) {
 
 TEST(CellCheck, TheCornerOfAnAreaIsWhereAPieceStandsOnItWhole) {
   cell::CellConfig cell = demo();
-  cell.kinds[0].diameter_m = 0;
+  cell.kinds[0].width_m = 0;
   const ReachCheck check = check_reach(cell, cell.robots[0]);
   EXPECT_THAT(check.refused, ElementsAre(refused("place[0] pallet1, at (0.168, 0.294), red",
                                                  "the line to the grasp", "too far")));
