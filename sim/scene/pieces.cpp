@@ -13,6 +13,8 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr double kCorner_rad = std::numbers::pi / 4;  // from a square's side to its diagonal
+
 /// Returns the offsets along, across and above the tool centre point.
 Vector3d to_hand(const Hand& hand, const Vector3d& point) {
   const Vector3d offset = point - hand.tool_m;
@@ -21,6 +23,26 @@ Vector3d to_hand(const Hand& hand, const Vector3d& point) {
 
 Vector3d to_world(const Hand& hand, const Vector3d& local) {
   return hand.tool_m + local.x() * hand.along() + local.y() * hand.across + local.z() * Vector3d::UnitZ();
+}
+
+double yaw_rad(const Hand& hand) { return std::atan2(hand.across.y(), hand.across.x()); }
+
+/// Returns the angle from the hand to the nearest side of a square, from -45 to 45 degrees.
+double turn_in(const Hand& hand, const Piece& piece) {
+  return std::remainder(piece.yaw_rad - yaw_rad(hand), std::numbers::pi / 2);
+}
+
+/// Tells if closing fingers turn the piece. `turn_rad`: as in turn_in.
+bool turns(const Piece& piece, double turn_rad) {
+  return piece.is_square && kCorner_rad - std::abs(turn_rad) > Pieces::kFriction_rad;
+}
+
+/// Returns the turn of a square after the fingers have closed to their opening.
+double turn_between(const Hand& hand, const Piece& piece, double turn_rad) {
+  if (!turns(piece, turn_rad)) return turn_rad;
+  const double share = std::max(hand.opening_m, piece.width_m) / piece.circle_m();
+  const double most_rad = std::asin(std::min(share, 1.0)) - kCorner_rad;
+  return std::clamp(turn_rad, -most_rad, most_rad);
 }
 
 }  // namespace
@@ -48,16 +70,19 @@ void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
   const double tool_above_m = -local.z();
   if (std::abs(local.x()) > kAlong_m || tool_above_m < kEnd_m || tool_above_m > piece.height_m - kEnd_m)
     return;
-  const double room_m = (hand.opening_m - piece.width_m) / 2;
-  const bool is_held = hand.opening_m < piece.width_m + kPlay_m;
-  if (!was_between && (is_held || std::abs(local.y()) > room_m)) return;
+  const double before_rad = piece.is_square ? turn_in(hand, piece) : 0;
+  const double turn_rad = was_between ? turn_between(hand, piece, before_rad) : before_rad;
+  const double room_m = (hand.opening_m - piece.across_m(turn_rad)) / 2;
+  if (!was_between && (2 * room_m < kPlay_m || std::abs(local.y()) > room_m)) return;
   piece.hand = number;
+  piece.yaw_rad += turn_rad - before_rad;
   const double least_m = std::max(room_m, 0.0);
   if (std::abs(local.y()) > least_m) {
     local.y() = std::clamp(local.y(), -least_m, least_m);
     piece.foot_m = to_world(hand, local);
   }
-  if (!is_held) return;
+  piece.in_hand_rad = turns(piece, turn_rad) ? 0 : turn_rad;
+  if (hand.opening_m >= piece.across_m(piece.in_hand_rad) + kPlay_m) return;
   piece.state = PieceState::kHeld;
   piece.in_hand_m = local;
 }
@@ -65,9 +90,10 @@ void Pieces::look_between(Piece& piece, const Hand& hand, std::size_t number) {
 void Pieces::carry(Piece& piece, const Hand& hand) {
   const Vector3d before_m = piece.foot_m;
   piece.foot_m = to_world(hand, piece.in_hand_m);
+  if (piece.is_square) piece.yaw_rad = yaw_rad(hand) + piece.in_hand_rad;
   push_others(piece, before_m);
   const bool slips = std::exchange(piece.slips, false);
-  if (slips || hand.opening_m >= piece.width_m + kPlay_m) release(piece, hand);
+  if (slips || hand.opening_m >= piece.across_m(piece.in_hand_rad) + kPlay_m) release(piece, hand);
 }
 
 /// `before_m`: the foot of the held piece a step before. A piece that comes from above pushes nothing.
@@ -77,7 +103,7 @@ void Pieces::push_others(const Piece& held, const Vector3d& before_m) {
     if (other.state != PieceState::kStanding) continue;
     if (held.foot_m.z() >= other.foot_m.z() + other.height_m) continue;
     const Vector2d apart_m = (other.foot_m - held.foot_m).head<2>();
-    const double least_m = (held.width_m + other.width_m) / 2;
+    const double least_m = (held.circle_m() + other.circle_m()) / 2;
     if (apart_m.norm() >= least_m) continue;
     if ((other.foot_m - before_m).head<2>().norm() < least_m - kTouch_m) continue;  // it came from above
     const Vector2d away = apart_m.isZero() ? (held.foot_m - before_m).head<2>() : apart_m;
@@ -91,7 +117,7 @@ void Pieces::release(Piece& piece, const Hand& hand) {
   const bool is_taken = std::any_of(pieces_.begin(), pieces_.end(), [&](const Piece& other) {
     const double apart_m = (other.foot_m - piece.foot_m).head<2>().norm();
     return &other != &piece && other.state == PieceState::kStanding &&
-           apart_m < (other.width_m + piece.width_m) / 2;
+           apart_m < (other.circle_m() + piece.circle_m()) / 2;
   });
   const bool stands = std::abs(piece.foot_m.z() - surface_m) <= kDrop_m && !is_taken;
   piece.state = stands ? PieceState::kStanding : PieceState::kFallen;

@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <random>
 #include <string>
+
+#include "corbot/units.h"
 
 namespace corbot::sim {
 namespace {
@@ -22,6 +26,16 @@ Piece piece_at(double x_m, double y_m) {
   piece.width_m = 0.020;
   piece.height_m = 0.045;
   piece.foot_m = {x_m, y_m, 0};
+  return piece;
+}
+
+constexpr double kSide_m = 0.018;
+
+Piece square_at(double x_m, double y_m, double yaw_deg) {
+  Piece piece = piece_at(x_m, y_m);
+  piece.is_square = true;
+  piece.width_m = kSide_m;
+  piece.yaw_rad = to_radians(yaw_deg);
   return piece;
 }
 
@@ -50,6 +64,12 @@ class PiecesTest : public ::testing::Test {
       hand_.tool_m = from_m + i / double(steps) * way_m;
       step();
     }
+  }
+  void turn_hand(double yaw_rad) { hand_.across = {-std::sin(yaw_rad), std::cos(yaw_rad), 0}; }
+  /// Angle from the hand to the nearest side of the first piece.
+  double turn_deg() const {
+    const double yaw_rad = std::atan2(hand_.across.y(), hand_.across.x());
+    return to_degrees(std::remainder(piece().yaw_rad - yaw_rad, std::numbers::pi / 2));
   }
   const Piece& piece(std::size_t number = 0) const { return pieces_.all()[number]; }
 
@@ -203,6 +223,83 @@ TEST_F(PiecesTest, AnotherHandTakesNothingFromTheOneThatHoldsIt) {
   pieces_.step(hands);
   EXPECT_EQ(piece().state, PieceState::kHeld);
   EXPECT_EQ(piece().hand, 0u);
+}
+
+// The corners that the fingers touch are on a line 45 degrees less the turn from the closing direction.
+TEST_F(PiecesTest, ClosingFingersTurnASquareIntoLineOrHoldItByItsCorners) {
+  std::mt19937_64 random(4);
+  const auto between = [&](double a, double b) { return std::uniform_real_distribution(a, b)(random); };
+  for (int i = 0; i < 2000; ++i) {
+    turn_hand(between(-4, 4));
+    const double wanted_deg = between(-45, 45);
+    if (std::abs(std::abs(wanted_deg) - 30) < 1e-6) continue;
+    const double hand_deg = to_degrees(std::atan2(hand_.across.y(), hand_.across.x()));
+    hand_.tool_m = hand_.across * between(-0.003, 0.003) + Vector3d(0, 0, kGrasp_m);
+    put({square_at(0, 0, wanted_deg + hand_deg + 90 * (i % 5))});
+    const bool turns = std::abs(wanted_deg) < 30;
+    const double grip_m =
+        turns ? kSide_m : std::numbers::sqrt2 * kSide_m * std::cos(to_radians(45 - std::abs(wanted_deg)));
+    for (double opening_m = kOpen_m; opening_m > 0; opening_m -= 0.0005) {
+      open_to(opening_m);
+      const double across_m = std::numbers::sqrt2 * kSide_m * std::cos(to_radians(45 - std::abs(turn_deg())));
+      ASSERT_LE(std::abs((piece().foot_m - hand_.tool_m).dot(hand_.across)) * 2,
+                std::max(opening_m - across_m, Pieces::kPlay_m) + 1e-9)
+          << "between the fingers";
+      ASSERT_LE(across_m, std::max(opening_m, grip_m) + 1e-9);
+      ASSERT_EQ(piece().state == PieceState::kHeld, opening_m < grip_m + Pieces::kPlay_m)
+          << wanted_deg << " at " << opening_m;
+    }
+    ASSERT_NEAR(turn_deg(), turns ? 0 : wanted_deg, 1e-9);
+  }
+}
+
+TEST_F(PiecesTest, ASquareIsTakenIfItFitsBetweenTheFingersAsItStands) {
+  for (const double yaw_deg : {0.0, 10.0, 30.0, 45.0}) {
+    Piece piece = square_at(0, 0, yaw_deg);
+    piece.width_m = 0.024;  // its diagonal exceeds the opening
+    hand_.tool_m = {0, 0, kGrasp_m};
+    put({piece});
+    open_to(0);
+    EXPECT_EQ(this->piece().state == PieceState::kHeld, yaw_deg < 20) << yaw_deg;
+    EXPECT_NEAR(std::abs(turn_deg()), yaw_deg < 20 ? 0 : yaw_deg, 1e-9) << yaw_deg;
+  }
+}
+
+TEST_F(PiecesTest, ASquareTurnsWithTheHandAndKeepsThatYawWhereItIsPutDown) {
+  for (const double yaw_deg : {20.0, -40.0}) {
+    turn_hand(0);
+    hand_.tool_m = {0, 0, kGrasp_m};
+    put({square_at(0, 0, yaw_deg)});
+    open_to(0);
+    move_to({0, 0, 0.15});
+    turn_hand(0.5);
+    move_to({0.1, 0.1, 0.15});
+    move_to({0.1, 0.1, kGrasp_m});
+    const double grip_deg = yaw_deg > 0 ? 0 : yaw_deg;
+    const double grip_m = std::numbers::sqrt2 * kSide_m * std::cos(to_radians(45 - std::abs(grip_deg)));
+    open_to(grip_m + 0.0009);
+    EXPECT_EQ(piece().state, PieceState::kHeld) << yaw_deg;
+    open_to(kOpen_m);
+    EXPECT_EQ(piece().state, PieceState::kStanding) << yaw_deg;
+    turn_hand(0.8);
+    step();
+    const double error_rad =
+        std::remainder(piece().yaw_rad - to_radians(grip_deg) - 0.5, std::numbers::pi / 2);
+    EXPECT_NEAR(error_rad, 0, 1e-9) << yaw_deg;
+  }
+}
+
+TEST_F(PiecesTest, ASquareNeedsTheRoomOfTheCircleAroundIt) {
+  for (const double apart_m : {0.0253, 0.0257}) {
+    hand_.tool_m = {0, 0, kGrasp_m};
+    put({square_at(0, 0, 0), square_at(0.1, 0, 0)});
+    open_to(0);
+    move_to({0, 0, 0.15});
+    move_to({0.1 - apart_m, 0, 0.15});
+    move_to({0.1 - apart_m, 0, kGrasp_m});
+    open_to(kOpen_m);
+    EXPECT_EQ(piece().state == PieceState::kStanding, apart_m > std::numbers::sqrt2 * kSide_m);
+  }
 }
 
 TEST(Scatter, TwelvePiecesFitApartOnThePalletForEverySeed) {
