@@ -108,12 +108,13 @@ class Reader {
       kind.saturation_min =
           section.number_or("saturation_min", kind.saturation_min, {0.05, 1, false, ""}).value_or(0);
       kind.value_min = section.number_or("value_min", kind.value_min, {0.05, 1, false, ""}).value_or(0);
-      kind.width_m = section.number("diameter_m", {0.002, 0.2, false, "m"}).value_or(0);
+      read_width(section, kind);
       kind.label_m = section.number("label_m", {0.002, 0.2, false, "m"}).value_or(0);
       kind.height_m = section.number("height_m", {0.002, 0.5, false, "m"}).value_or(0);
       kind.grasp_m = section.number("grasp_m", {0.001, 0.5, false, "m"}).value_or(0);
       if (kind.width_m > 0 && kind.label_m > kind.width_m)
-        section.refuse("label_m", fmt::format("must be at most diameter_m, {} m", kind.width_m));
+        section.refuse("label_m", fmt::format("must be at most {}, {} m",
+                                              kind.is_square ? "side_m" : "diameter_m", kind.width_m));
       if (kind.height_m > 0 && kind.grasp_m > kind.height_m - kGraspBelowTop_m)
         section.refuse("grasp_m", fmt::format("must be {} m or more below height_m, {} m", kGraspBelowTop_m,
                                               kind.height_m));
@@ -123,11 +124,23 @@ class Reader {
                          fmt::format("must not overlap those of {}: kinds differ by the hue of their label",
                                      other.name));
       tallest_m_ = std::max(tallest_m_, kind.height_m);
-      widest_m_ = std::max(widest_m_, kind.width_m);
+      widest_m_ = std::max(widest_m_, kind.circle_m(kind.width_m));
       section.finish();
       kind_lines_.push_back(section.line_of("name"));
       cell_.kinds.push_back(kind);
     }
+  }
+
+  static void read_width(Section& section, Kind& kind) {
+    kind.is_square = section.has("side_m");
+    if (section.has("diameter_m") == kind.is_square) {
+      section.refuse(kind.is_square ? "side_m" : "name",
+                     "needs either diameter_m, for a round piece, or side_m, for a square one");
+      for (const char* key : {"diameter_m", "side_m"}) section.skip(key);
+      return;
+    }
+    const char* const key = kind.is_square ? "side_m" : "diameter_m";
+    kind.width_m = section.number(key, {0.002, 0.2, false, "m"}).value_or(0);
   }
 
   void read_places(std::vector<Section> sections) {
@@ -283,7 +296,10 @@ class Reader {
     robot.settle_s = section.number_or("settle_s", robot.settle_s, {0, 10, false, "s"}).value_or(0);
     robot.opening_m = section.number_or("opening_m", robot.opening_m, {0.001, 1, false, "m"}).value_or(0);
     if (robot.opening_m > 0 && robot.opening_m <= widest_m_)
-      section.refuse("opening_m", fmt::format("must be above {} m, the widest piece's diameter", widest_m_));
+      section.refuse(
+          "opening_m",
+          fmt::format("must be above {:.6g} m, the widest piece's diameter, or a square's diagonal",
+                      widest_m_));
     robot.transit = section.text_or("transit", robot.transit).value_or("");
     if (robot.transit != "free" && robot.transit != "arc")
       section.refuse("transit", "must be \"free\" or \"arc\"");

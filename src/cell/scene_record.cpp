@@ -26,7 +26,10 @@ void round_all(SceneSample& sample) {
     arm.opening_m = rounded(arm.opening_m);
     arm.across_rad = rounded(arm.across_rad);
   }
-  for (RecordedPiece& piece : sample.pieces) piece.foot_m = rounded(piece.foot_m);
+  for (RecordedPiece& piece : sample.pieces) {
+    piece.foot_m = rounded(piece.foot_m);
+    piece.yaw_rad = rounded(piece.yaw_rad);
+  }
 }
 
 json to_json(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -45,6 +48,7 @@ json to_json(std::size_t number, const RecordedPiece& piece) {
   json object{{"n", number}, {"foot", to_json(piece.foot_m)}};
   if (piece.hand) object["hand"] = *piece.hand;
   if (piece.is_fallen) object["fallen"] = true;
+  if (piece.yaw_rad != 0) object["yaw"] = piece.yaw_rad;
   return object;
 }
 
@@ -66,7 +70,10 @@ void take(const json& object, RecordedArm& arm) {
 }
 
 void take(const json& object, RecordedPiece& piece) {
-  piece = {.foot_m = vector_of(object.at("foot")), .hand = {}, .is_fallen = object.value("fallen", false)};
+  piece = {.foot_m = vector_of(object.at("foot")),
+           .hand = {},
+           .is_fallen = object.value("fallen", false),
+           .yaw_rad = object.value("yaw", 0.0)};
   if (object.contains("hand")) piece.hand = object.at("hand").get<std::size_t>();
 }
 

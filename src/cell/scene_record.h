@@ -28,6 +28,7 @@ struct RecordedPiece {
   Eigen::Vector3d foot_m{Eigen::Vector3d::Zero()};
   std::optional<std::size_t> hand;  ///< the arm that holds it
   bool is_fallen{false};
+  double yaw_rad{0};  ///< square: direction of a side
   bool operator==(const RecordedPiece&) const = default;
 };
 

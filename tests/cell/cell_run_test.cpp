@@ -270,6 +270,17 @@ TEST_F(CellRun, OfTwoKindsEachComesToItsRows) {
   EXPECT_THAT(check.errors, HasSubstr("kind[1].name = \"blue\""));
 }
 
+TEST_F(CellRun, BringsSquarePiecesOfAnyYaw) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  edit("label_m = 0.016, diameter_m = 0.020", "label_m = 0.014, side_m = 0.018");
+  expect_all_brought(
+      cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures()}), 4);
+  EXPECT_THAT(text_of("scene.record"), HasSubstr("\"yaw\":"));
+  std::ifstream file(fs::path(pictures()) / "cell.svg");
+  const std::string svg{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(svg, HasSubstr("<g transform=\"rotate("));
+}
+
 TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
   if (on_orbit2()) GTEST_SKIP() << "the key orb is of a robot that the cell starts";
   if (const std::string why = put_java_robot(); !why.empty()) GTEST_SKIP() << why;

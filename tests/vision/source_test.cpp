@@ -19,6 +19,7 @@
 #include "cell/camera/camera_servant.h"
 #include "cell/camera/picture_view.h"
 #include "cell/picture_wire.h"
+#include "corbot/units.h"
 #include "sim/scene/picture.h"
 #include "support/paths.h"
 
@@ -189,6 +190,26 @@ TEST_F(Source, ALieOrACutIsAnErrorAndTheNextLookWorks) {
     EXPECT_THAT(refusal(10), testing::HasSubstr(lie.text));
     EXPECT_EQ(good_number(), ++number);
   }
+}
+
+TEST_F(Source, ASightingOfASquareHasItsYawInDegrees) {
+  cell_.kinds.front().is_square = true;
+  const cell::Kind& kind = cell_.kinds.front();
+  const sim::DrawnPiece piece{.foot_m = cell_.places.front().frame.position_m,
+                              .width_m = kind.width_m,
+                              .height_m = kind.height_m,
+                              .label_m = kind.label_m,
+                              .label_bgr = {30, 30, 200},
+                              .yaw_rad = to_radians(120),
+                              .is_square = true};
+  sim::Picture picture(
+      {.project = [&](const Eigen::Vector3d& point) { return cell_.camera.project(point); }});
+  bytes_ = picture.draw(std::array{piece}, {});
+  servant_.emplace(cell_);
+  reply([](PictureHeader&) {});
+  const Corbot::Frame_var frame = servant_->Look(10);
+  ASSERT_EQ(frame->pieces.length(), 1U);
+  EXPECT_NEAR(frame->pieces[0].yaw, 30, 2);
 }
 
 TEST_F(Source, PictureIsTheLastThatWasExamined) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "cell/camera/picture_view.h"
+#include "corbot/units.h"
 
 namespace corbot::cell {
 namespace {
@@ -20,7 +21,7 @@ void fill(Corbot::Sightings& sightings, const std::vector<Detection>& found) {
     const Detection& detection = found[i];
     sightings[i].kind = detection.kind.c_str();
     sightings[i].position = {detection.position_m.x(), detection.position_m.y(), detection.position_m.z()};
-    sightings[i].yaw = 0;  // pieces are round
+    sightings[i].yaw = to_degrees(detection.yaw_rad);
     sightings[i].confidence = detection.confidence;
   }
 }

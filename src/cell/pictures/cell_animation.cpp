@@ -11,6 +11,7 @@
 #include "cell/pictures/scene_motion.h"
 #include "cell/pictures/svg_animate.h"
 #include "cell/pictures/view_from_above.h"
+#include "corbot/units.h"
 
 namespace corbot::cell {
 namespace {
@@ -235,10 +236,33 @@ class Animation {
                               }),
                               [](const std::vector<double>& v) { return pair(v[0], v[1]); });
     add("<g id=\"p{}\" transform=\"translate({})\">{}", number, place.poster, place.animation);
-    add_mark(record_.cast.kinds[number], view_.length(diameter_m(number) / 2));
-    add("</g>\n");
+    const std::string& kind = record_.cast.kinds[number];
+    if (is_square(kind)) {
+      const Moved turn =
+          moved("animateTransform attributeName=\"transform\" type=\"rotate\"", turns_of(number),
+                [](const std::vector<double>& v) { return svg_number(v[0]); });
+      add("<g transform=\"rotate({})\">{}", turn.poster, turn.animation);
+    }
+    add_mark(kind, view_.length(width_m(number) / 2));
+    add("{}</g>\n", is_square(kind) ? "</g>" : "");
   }
-  [[nodiscard]] double diameter_m(std::size_t piece) const {
+  /// Returns the direction of a square's side in the drawing, in degrees. It changes by less than 45 degrees
+  /// from a sample to the next, since a square repeats after 90.
+  [[nodiscard]] Track turns_of(std::size_t number) const {
+    double last_deg = 0;
+    return track([&](const SceneSample& sample) {
+      const RecordedPiece& piece = sample.pieces[number];
+      const Vector3d along(std::cos(piece.yaw_rad), std::sin(piece.yaw_rad), 0);
+      const Vector2d seen = view_(piece.foot_m + along) - view_(piece.foot_m);
+      last_deg += std::remainder(to_degrees(std::atan2(seen.y(), seen.x())) - last_deg, 90);
+      return std::vector<double>{last_deg};
+    });
+  }
+  [[nodiscard]] bool is_square(const std::string& name) const {
+    const Kind* const kind = cell_.kind(name);
+    return kind != nullptr && kind->is_square;
+  }
+  [[nodiscard]] double width_m(std::size_t piece) const {
     const Kind* const kind = cell_.kind(record_.cast.kinds[piece]);
     return kind == nullptr ? largest_m() : kind->width_m;
   }
@@ -249,8 +273,14 @@ class Animation {
     const auto label =
         std::find_if(labels_.begin(), labels_.end(), [&](const Label& each) { return each.kind == kind; });
     const char* const colour = label == labels_.end() ? "#888" : label->colour;
-    add("<circle class=\"piece\" r=\"{}\"/><circle r=\"{}\" fill=\"{}\"/>", svg_number(radius),
-        svg_number(0.8 * radius), colour);
+    if (is_square(kind))
+      add("<rect class=\"piece\" x=\"{0}\" y=\"{0}\" width=\"{1}\" height=\"{1}\"/>"
+          "<rect x=\"{2}\" y=\"{2}\" width=\"{3}\" height=\"{3}\" fill=\"{4}\"/>",
+          svg_number(-radius), svg_number(2 * radius), svg_number(-0.8 * radius), svg_number(1.6 * radius),
+          colour);
+    else
+      add("<circle class=\"piece\" r=\"{}\"/><circle r=\"{}\" fill=\"{}\"/>", svg_number(radius),
+          svg_number(0.8 * radius), colour);
     const double m = 0.4 * radius;
     switch ((label - labels_.begin()) % 4) {
       case 0:
@@ -338,7 +368,7 @@ class Animation {
     add("<use href=\"#a{}l{}\" class=\"{}\" stroke-width=\"{}\"/>", arm, link, style, svg_number(width));
   }
 
-  /// Returns two short lines, the fingers. Their distance is the opening, or the held piece's diameter if
+  /// Returns two short lines, the fingers. Their distance is the opening, or the held piece's width across if
   /// larger.
   [[nodiscard]] std::vector<double> fingers_of(const SceneSample& sample, std::size_t number) const {
     constexpr double kFinger_m = 0.003;
@@ -346,7 +376,11 @@ class Animation {
     const RecordedArm& arm = sample.arms[number];
     double opening_m = arm.opening_m;
     for (std::size_t i = 0; i < sample.pieces.size(); ++i) {
-      if (sample.pieces[i].hand == number) opening_m = std::max(opening_m, diameter_m(i));
+      if (sample.pieces[i].hand != number) continue;
+      const double turn_rad = sample.pieces[i].yaw_rad - arm.across_rad;
+      const double share =
+          is_square(record_.cast.kinds[i]) ? std::abs(std::cos(turn_rad)) + std::abs(std::sin(turn_rad)) : 1;
+      opening_m = std::max(opening_m, share * width_m(i));
     }
     const Vector3d across(std::cos(arm.across_rad), std::sin(arm.across_rad), 0);
     const Vector3d along(-across.y(), across.x(), 0);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <random>
 #include <utility>
 
 #include "cell/cell_rules.h"
@@ -85,12 +87,17 @@ std::vector<sim::Piece> Scene::scattered(std::uint64_t seed) const {
   const PieceRoom room = *piece_room(cell_);
   const auto points = sim::scatter(room.inside_m, room.spacing_m, static_cast<std::size_t>(count), seed);
   if (!points) throw Failure(ExitCode::kUsage, fmt::format("scene.pieces = {}: fewer fit", count));
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> any_yaw(-std::numbers::pi, std::numbers::pi);
   std::vector<sim::Piece> pieces;
   for (const Vector2d& point : *points) {
     sim::Piece piece;
     piece.kind = pieces.size() % cell_.kinds.size();
-    piece.width_m = cell_.kinds[piece.kind].width_m;
-    piece.height_m = cell_.kinds[piece.kind].height_m;
+    const Kind& kind = cell_.kinds[piece.kind];
+    piece.is_square = kind.is_square;
+    piece.width_m = kind.width_m;
+    piece.height_m = kind.height_m;
+    if (piece.is_square) piece.yaw_rad = any_yaw(random);
     piece.foot_m = room.area->frame.to_world({point.x(), point.y(), 0});
     pieces.push_back(piece);
   }
@@ -194,7 +201,7 @@ SceneView Scene::view() const {
   for (const sim::Piece& piece : pieces_->all()) {
     const Kind& kind = cell_.kinds[piece.kind];
     view.pieces.push_back({piece.foot_m, piece.width_m, piece.height_m, kind.label_m, label_bgr(kind),
-                           piece.state == sim::PieceState::kFallen, piece.yaw_rad});
+                           piece.state == sim::PieceState::kFallen, piece.yaw_rad, kind.is_square});
   }
   for (const sim::ArmBody& arm : arms_) view.arms.insert(view.arms.end(), arm.links.begin(), arm.links.end());
   return view;
@@ -228,8 +235,8 @@ SceneSample Scene::sample() const {
   }
   for (const sim::Piece& piece : pieces_->all()) {
     const bool is_held = piece.state == sim::PieceState::kHeld;
-    sample.pieces.push_back(
-        {piece.foot_m, is_held ? piece.hand : std::nullopt, piece.state == sim::PieceState::kFallen});
+    sample.pieces.push_back({piece.foot_m, is_held ? piece.hand : std::nullopt,
+                             piece.state == sim::PieceState::kFallen, piece.is_square ? piece.yaw_rad : 0});
   }
   return sample;
 }

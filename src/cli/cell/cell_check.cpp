@@ -54,7 +54,7 @@ std::vector<Spot> spots_of(const Place& place, const Kind& kind) {
         spots.push_back({fmt::format("slot {}", slot), place.slot_position(slot)});
     return spots;
   }
-  const Eigen::Vector2d half = (place.half_size_m().array() - kind.width_m / 2).max(0);
+  const Eigen::Vector2d half = (place.half_size_m().array() - kind.circle_m(kind.width_m) / 2).max(0);
   for (const int x : {-1, 0, 1}) {
     for (const int y : {-1, 0, 1}) {
       const Vector3d foot = place.frame.to_world({x * half.x(), y * half.y(), 0});

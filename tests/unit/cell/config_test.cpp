@@ -156,6 +156,12 @@ const Case kCases[] = {
      "at most 100"},
     {"long_name", "name = \"robot1\"", "name = \"robot1robot1robot1robot1robot1r\"", "robot[0].name", "32"},
     {"hue", "hue_deg = [345, 15]", "hue_deg = [345, 361]", "kind[0].hue_deg[1]", "0 to 360"},
+    {"no_width", "diameter_m = 0.020, ", "", "kind[0].name", "either diameter_m"},
+    {"two_widths", "diameter_m = 0.020", "diameter_m = 0.020, side_m = 0.020", "kind[0].side_m",
+     "either diameter_m"},
+    {"square_label", "label_m = 0.016, diameter_m = 0.020", "label_m = 0.019, side_m = 0.018",
+     "kind[0].label_m", "at most side_m"},
+    {"side", "diameter_m = 0.020", "side_m = \"wide\"", "kind[0].side_m", "a number"},
     {"label", "label_m = 0.016", "label_m = 0.021", "kind[0].label_m", "at most diameter_m"},
     {"grasp", "grasp_m = 0.030", "grasp_m = 0.041", "kind[0].grasp_m", "0.005 m or more below height_m"},
     {"places_overlap", "position_m = [0.395, -0.239, 0]", "position_m = [0.1, 0.32, 0], yaw_deg = 10",
@@ -210,6 +216,25 @@ const Case kCases[] = {
 };
 INSTANTIATE_TEST_SUITE_P(All, CellRefused, testing::ValuesIn(kCases),
                          [](const auto& each) { return each.param.name; });
+
+TEST(CellConfigTest, ASquareKindHasASideAndItsDiagonalMustFitBetweenTheFingers) {
+  CellFiles files;
+  files.edit("cell.toml", "diameter_m = 0.020", "side_m = 0.018");
+  EXPECT_THAT(files.faults()[0].allowed, HasSubstr("at most 8 fit on pallet1"));
+  files.edit("cell.toml", "pieces = 12", "pieces = 4");
+  const CellConfig cell = files.load();
+  EXPECT_TRUE(cell.kinds[0].is_square);
+  EXPECT_EQ(cell.kinds[0].width_m, 0.018);
+  EXPECT_FALSE(CellFiles().load().kinds[0].is_square);
+  files.edit("cell.toml", "side_m = 0.018", "side_m = 0.023");
+  const auto faults = files.faults();
+  ASSERT_EQ(faults.size(), 2U);
+  for (const std::size_t i : {0U, 1U}) {
+    EXPECT_EQ(faults[i].key, "robot[" + std::to_string(i) + "].opening_m");
+    EXPECT_THAT(faults[i].allowed,
+                HasSubstr("above 0.0325269 m, the widest piece's diameter, or a square's diagonal"));
+  }
+}
 
 TEST(CellConfigTest, ARowTakesItsKindAndAKindWithoutARowIsRefused) {
   CellFiles files;

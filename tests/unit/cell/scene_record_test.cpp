@@ -33,6 +33,7 @@ TEST(SceneRecordText, ReadsBackAsItWasWritten) {
   second.pieces[1] = {.foot_m = {0.3, 0.2, 0.05}, .hand = 0};
   SceneSample third = sample_at(0.1, 0.21234);
   third.pieces[1] = {.foot_m = {0.3, 0.25, 0}, .hand = {}, .is_fallen = true};
+  third.pieces[0].yaw_rad = -0.7;
   std::string all = text.begin(kCast);
   for (const SceneSample& sample : {sample_at(0, 0.2), second, third}) all += text.add(sample);
   const SceneRecord record = read(all);

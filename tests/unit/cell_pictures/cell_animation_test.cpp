@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <set>
 #include <sstream>
 
+#include "corbot/units.h"
 #include "support/paths.h"
 
 namespace corbot::cell {
@@ -122,6 +124,29 @@ TEST(CellAnimation, MovesAPieceFromItsFirstPlaceToItsLast) {
   // The cell is longer along y, so that goes to the left. The view box is 748 wide without its margins.
   EXPECT_GT(values[values.size() - 2], values[0] + 300) << "from y = 0.25 m to y = -0.25 m";
   EXPECT_NEAR(values.back(), values[1], 0.1) << "x is the same";
+}
+
+TEST(CellAnimation, ASquareTurnsByLessThanARightAngleAtOnce) {
+  CellConfig cell = demo();
+  cell.kinds[0].is_square = true;
+  SceneRecord record = busy_run(20);
+  for (SceneSample& sample : record.samples)
+    sample.pieces[3].yaw_rad = std::remainder(0.5 * sample.time_s, 2 * std::numbers::pi);
+  const std::string text = cell_animation(cell, record);
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  ASSERT_FALSE(document.Error()) << document.ErrorDesc();
+  std::vector<double> values;
+  visit(*document.RootElement(), [&](const TiXmlElement& element) {
+    const char* const id = element.Attribute("id");
+    if (id == nullptr || std::string(id) != "p3") return;
+    const TiXmlElement& turned = *element.FirstChildElement("g");
+    values = numbers(turned.FirstChildElement("animateTransform")->Attribute("values"));
+    EXPECT_NE(turned.FirstChildElement("rect"), nullptr);
+  });
+  ASSERT_FALSE(values.empty());
+  EXPECT_NEAR(std::abs(values.back() - values.front()), to_degrees(10), 20) << "0.5 rad/s for 20 s";
+  EXPECT_THAT(cell_animation(demo(), record), Not(HasSubstr("rotate"))) << "a round piece does not turn";
 }
 
 TEST(CellAnimation, OfNoRunShowsTheCell) {

@@ -8,10 +8,12 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <set>
 #include <thread>
 
 #include "cell/cell_rules.h"
@@ -112,7 +114,24 @@ TEST_F(SceneTest, AtPowerUpTheArmsAreApartAndThePiecesLieInTheArea) {
   }
 }
 
-/// Brings the only piece of the first place to a slot by the robot.
+CellConfig with_squares(CellConfig cell) {
+  cell.kinds[0].is_square = true;
+  cell.kinds[0].width_m = 0.018;
+  cell.kinds[0].label_m = 0.014;
+  return cell;
+}
+
+/// Returns the angle between the first piece's sides and the robot's hand.
+double square_turn_rad(const Scene& scene, std::string_view robot) {
+  const auto arms = scene.cast().arms;
+  const auto arm =
+      std::find_if(arms.begin(), arms.end(), [&](const auto& each) { return each.name == robot; });
+  const double across_rad = scene.sample().arms[static_cast<std::size_t>(arm - arms.begin())].across_rad;
+  return std::remainder(scene.view().pieces[0].yaw_rad - across_rad, std::numbers::pi / 2);
+}
+
+/// Brings the only piece of the first place to a slot by the robot. A square then stands in line with the
+/// hand, or turned by as much as before.
 void bring(const CellConfig& cell, const char* robot, const Vector3d& slot) {
   Scene scene(cell);
   Driver driver(cell, scene, robot);
@@ -124,6 +143,7 @@ void bring(const CellConfig& cell, const char* robot, const Vector3d& slot) {
   driver.move(piece + grasp);
   driver.grip(false);
   EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=0 pallet2=0 elsewhere=0 held=1"));
+  const double held_rad = square_turn_rad(scene, robot);
   EXPECT_EQ(scene.cast().arms[*scene.sample().pieces[0].hand].name, robot);
   driver.move(piece + grasp + up);
   EXPECT_NEAR(scene.view().pieces[0].foot_m.z(), up.z(), 0.003);
@@ -132,12 +152,39 @@ void bring(const CellConfig& cell, const char* robot, const Vector3d& slot) {
   driver.grip(true);
   EXPECT_THAT(scene.summary(), HasSubstr("pallet1=0 store1=1 pallet2=0 elsewhere=0 held=0 fallen=0"));
   EXPECT_THAT(scene.summary(), HasSubstr("touches=0"));
+  if (cell.kinds[0].is_square) {
+    EXPECT_NEAR(square_turn_rad(scene, robot), held_rad, 1e-9);
+  }
   EXPECT_NEAR((scene.view().pieces[0].foot_m - slot).norm(), 0, 0.012) << "servos have a dead band";
 }
 
 TEST_F(SceneTest, ARobotBringsAPieceByItsControllersLine) {
   const CellConfig cell = demo(1);
   bring(cell, "robot1", cell.place("store1")->slot_position(1));
+}
+
+TEST_F(SceneTest, SquaresOfEveryYawAreBroughtByBothArms) {
+  for (std::uint64_t seed = 0; seed < 6; ++seed) {
+    CellConfig cell = with_squares(demo(1, seed));
+    bring(cell, "robot1", cell.place("store1")->slot_position(1));
+    cell.robots[1].profile = CORBOT_CELL "/scara.toml";
+    cell.robots[1].frame.yaw_rad = std::numbers::pi;
+    std::swap(cell.places[0].frame, cell.places[2].frame);
+    bring(cell, "robot2", cell.place("store1")->slot_position(1));
+  }
+}
+
+TEST_F(SceneTest, EachSquareIsDrawnWithAYawOfItsOwn) {
+  std::set<double> yaws;
+  for (const sim::DrawnPiece& piece : Scene(with_squares(demo(6))).view().pieces) {
+    EXPECT_TRUE(piece.is_square);
+    yaws.insert(piece.yaw_rad);
+  }
+  EXPECT_EQ(yaws.size(), 6u);
+  for (const sim::DrawnPiece& piece : Scene(demo(6)).view().pieces) {
+    EXPECT_FALSE(piece.is_square);
+    EXPECT_EQ(piece.yaw_rad, 0);
+  }
 }
 
 TEST_F(SceneTest, AScaraTakesAPieceFromAbove) {

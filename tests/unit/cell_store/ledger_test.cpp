@@ -166,6 +166,15 @@ TEST_F(LedgerReserve, TakesWhatIsSeenKnownAndFree) {
   EXPECT_NE(other.target.slot, first.target.slot);
 }
 
+TEST_F(LedgerReserve, TheSourceHasTheYawThatWasSeen) {
+  Sightings seen = sightings({{0.05, 0.22, 0}});
+  seen[0].yaw = -31.5;
+  const auto first = ledger_.reserve(tokens_["robot1"], "pallet1", "store1", seen, 0);
+  EXPECT_EQ(first.source.yaw, -31.5);
+  EXPECT_EQ(first.target.yaw, 0) << "no picture has shown the piece there";
+  EXPECT_EQ(ledger_.transfers()[0].source.yaw, -31.5);
+}
+
 TEST_F(LedgerReserve, TheNearestPieceGoesToTheFarthestSlotAndEmptyComesBeforeFull) {
   const auto none = [&](const std::string& robot, const std::string& from, const Sightings& seen) {
     return [=, this] { (void)ledger_.reserve(tokens_[robot], from, "store1", seen, 0); };
