@@ -129,6 +129,15 @@ TEST(CellCheck, TheCornerOfAnAreaIsWhereAPieceStandsOnItWhole) {
                                                  "the line to the grasp", "too far")));
 }
 
+TEST(CellCheck, ASquareStandsOnAnAreaWholeAtEveryYaw) {
+  cell::CellConfig cell = demo();
+  cell.kinds[0].is_square = true;
+  cell.kinds[0].grasp_m = 0.3;  // every spot is refused
+  const ReachCheck check = check_reach(cell, cell.robots[0]);
+  EXPECT_THAT(check.refused,
+              testing::Contains(Field(&RefusedPoint::key, "place[0] pallet1, at (0.153, 0.280), red")));
+}
+
 TEST(CellCheck, ARobotElsewhereThatDoesNotReplyIsNamed) {
   cell::CellConfig cell = demo();
   cell.robots[1].profile.clear();
