@@ -158,8 +158,8 @@ double PathStop::Walk::even_jerk() const noexcept {
   return state.rate * (leading.jerk * state.rate * state.rate + 3.0 * leading.acceleration * state.change);
 }
 
-/// Returns a bound of the rate between two samples. If the rate rises at the first and falls at the second,
-/// the bound is where both tangents meet.
+/// Returns a bound of the rate between two samples, between which it is taken for concave. If the rate rises
+/// at the first and falls at the second, the bound is where both tangents meet.
 double PathStop::Walk::greatest_between(const Sample& first, const Sample& second) noexcept {
   if (!(first.change > 0.0 && second.change < 0.0)) return std::max(first.rate, second.rate);
   const double length_s = second.elapsed_s - first.elapsed_s;

@@ -19,7 +19,7 @@ class PathStop {
   enum class Turn { kAtOnce, kStepwise };
   struct Bounds {
     double duration_s;  ///< not to be reached
-    double rate;        ///< never exceeded
+    double rate;        ///< not exceeded but by rounding, which grows in a motion's last milliseconds
   };
 
   PathStop() = default;

@@ -61,18 +61,18 @@ class KeptSetting {
     throw not_ready(fmt::format("{} are not known: set or reset them ({})", what_, unknown_));
   }
 
-  /// Saves the value and then runs `apply`, which calls take() or throws. If `apply` throws, restores the
+  /// Saves the value and then runs `apply`, which calls take() or throws. If one of them fails, restores the
   /// saved value. Throws CallError (not ready) if the value cannot be saved. So a servant that is killed here
   /// leaves the value before or the wanted one, and the wanted one as soon as it is in force.
   void change(const std::optional<Value>& wanted, const std::function<void()>& apply) {
     const std::lock_guard one(change_mutex_);
-    const bool was_known = is_known();
-    const std::optional<Value> before = this->wanted();
-    write([&](const Store& store) { store.save(wanted, arm_); });
+    std::optional<std::string> before;
+    write([&](const Store& store) { before = store.text(); });
     try {
+      write([&](const Store& store) { store.save(wanted, arm_); });
       apply();
     } catch (const CallError&) {
-      restore(was_known, before);
+      restore(before);
       throw;
     }
   }
@@ -84,10 +84,13 @@ class KeptSetting {
   }
 
  private:
-  /// Undoes a refused change on disk. If that fails, the value is unknown, since the refused one is there.
-  void restore(bool was_known, const std::optional<Value>& before) {
+  /// Undoes a refused change on disk. A save can fail when the new file is in its place already. If the file
+  /// cannot be restored, the value is unknown, since the refused one is there.
+  void restore(const std::optional<std::string>& before) {
     try {
-      write([&](const Store& store) { was_known ? store.save(before, arm_) : store.save_unknown(); });
+      write([&](const Store& store) {
+        if (store.text() != before) store.put(before);
+      });
     } catch (const CallError& failed) {
       const std::lock_guard lock(mutex_);
       unknown_ = failed.error.text;

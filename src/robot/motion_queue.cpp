@@ -194,7 +194,7 @@ void MotionQueue::check_rest(const LivingTask& task, const Check& check) const {
   const std::size_t pending = tickets_.pending();
   if (pending > 0 || !is_idle(now)) {
     throw not_ready(
-        "motions are under way, which were planned for other limits: call again when the arm is at "
+        "motions are under way, which were planned before this change: call again when the arm is at "
         "rest, or Stop it");
   }
   if (const auto refusal = check(now.position_q)) throw refused(*refusal, planner_.model().kinematics);

@@ -59,11 +59,22 @@ class SettingStore {
   }
   /// Saves the value completely or not at all; without a value removes the file. Throws std::system_error.
   void save(const std::optional<Value>& value, const ArmModel& arm) const {
-    if (!value) return remove_private(file_);
-    replace_private(file_, fresh_, Text::write(*value, owner_, arm));
+    put(value ? std::optional(Text::write(*value, owner_, arm)) : std::nullopt);
   }
-  /// Saves a file that load() refuses. Throws std::system_error.
-  void save_unknown() const { replace_private(file_, fresh_, "# not known: to be set or reset\n"); }
+  /// Returns the file's text, or nothing if there is no such file. An unreadable file has a text that load()
+  /// refuses.
+  [[nodiscard]] std::optional<std::string> text() const {
+    try {
+      return read_private(file_, Text::kMostBytes);
+    } catch (const std::runtime_error&) {
+      return "# not known: to be set or reset\n";
+    }
+  }
+  /// Saves a text completely or not at all; without a text removes the file. Throws std::system_error.
+  void put(const std::optional<std::string>& text) const {
+    if (!text) return remove_private(file_);
+    replace_private(file_, fresh_, *text);
+  }
 
  private:
   std::filesystem::path file_;

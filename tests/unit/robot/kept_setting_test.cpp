@@ -2,9 +2,14 @@
 // A setting and its file agree wherever the servant is killed: the test's second object is the next servant.
 #include <gtest/gtest.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
 
 #include "config/load_profile.h"
 #include "robot/further_workspace.h"
@@ -81,8 +86,10 @@ TEST_F(KeptSettingOnDisk, ThatIsUnknownAndRefusedIsUnknownAfterARestart) {
   refuse(std::nullopt);
   EXPECT_FALSE(now_.is_known());
   EXPECT_FALSE(after_restart()) << "no joint may move then";
+  const std::optional<std::string> before = store().text();
   refuse(floor_at(-1.0));
   EXPECT_FALSE(after_restart());
+  EXPECT_EQ(store().text(), before) << "its owner may mend the file";
   set(std::nullopt);
   EXPECT_EQ(after_restart(), 0.0);
 }
@@ -97,6 +104,35 @@ TEST_F(KeptSettingOnDisk, ThatCannotBeRestoredIsUnknown) {
                            }),
                CallError);
   EXPECT_FALSE(now_.is_known());
+}
+
+/// A store whose next save fails when the new file is in its place: its directory cannot be synchronised.
+struct FailingStore {
+  using Value = FurtherShapesStore::Value;
+  FurtherShapesStore store;
+  bool* fails;
+
+  [[nodiscard]] std::optional<Value> load(const ArmModel& arm) const { return store.load(arm); }
+  void save(const std::optional<Value>& value, const ArmModel& arm) const {
+    store.save(value, arm);
+    if (std::exchange(*fails, false)) throw std::system_error(EIO, std::generic_category(), "directory");
+  }
+  [[nodiscard]] std::optional<std::string> text() const { return store.text(); }
+  void put(const std::optional<std::string>& text) const { store.put(text); }
+};
+
+TEST_F(KeptSettingOnDisk, WhoseSaveFailsLateIsAsBeforeAfterARestart) {
+  bool fails = false;
+  KeptSetting<FailingStore> now(arm_, "they");
+  ASSERT_EQ(now.keep_in({store(), &fails}), "");
+  const std::optional<PlacedShapes> floor = floor_at(-0.5);
+  now.change(floor, [&] { now.take(floor); });
+  for (const auto& wanted : {std::optional(floor_at(-1.0)), std::optional<PlacedShapes>()}) {
+    fails = true;
+    EXPECT_THROW(now.change(wanted, [] { FAIL() << "nothing is saved"; }), CallError);
+    EXPECT_EQ(after_restart(), -0.5);
+    EXPECT_TRUE(now.is_known());
+  }
 }
 
 }  // namespace
