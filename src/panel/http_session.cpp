@@ -185,6 +185,7 @@ void HttpSession::take_program(const Request& request) {
 }
 
 void HttpSession::on_change() {
+  if (!stream_.socket().is_open()) return;  // a newer connection has replaced this one
   if (call_) {
     if (!call_->has_ended) return hub_.hold(self());
     const auto call = std::exchange(call_, nullptr);

@@ -12,6 +12,7 @@
 #include "client/failure.h"
 #include "panel/browser.h"
 #include "panel/fake_port.h"
+#include "panel/http_session.h"
 #include "support/paths.h"
 #include "support/process.h"
 #include "support/scratch.h"
@@ -525,6 +526,32 @@ TEST_F(PanelServer, ManyConnectionsThatSendNothingLeaveAStopItsReply) {
   EXPECT_TRUE(silent.front()->is_closed());
   one_->set_stops_hang(false);
   caller.join();
+}
+
+TEST_F(PanelServer, ForgetsAStopWhoseConnectionWasReplaced) {
+  settings_.most_requests = 1;
+  one_->set_stops_hang(true);
+  std::vector<std::unique_ptr<Watch>> watches;
+  watches.push_back(std::make_unique<Watch>("one", std::make_unique<FakePort>(one_)));
+  Hub hub(settings_, std::move(watches));
+  hub.watches[0]->start([] {}, hub.received_stops);
+  asio::ip::tcp::acceptor acceptor(hub.io, {asio::ip::address_v4::loopback(), 0});
+  asio::ip::tcp::socket browser(hub.io);
+  browser.connect(acceptor.local_endpoint());
+  auto session = std::make_shared<HttpSession>(hub, acceptor.accept());
+  hub.add_request(session);
+  session->start();
+  http::write(browser, Browser::request(http::verb::post, "/api/stop"));
+  ASSERT_TRUE(wait_until([&] { return hub.io.poll() > 0 && hub.received_stops == 1; }));
+  const std::weak_ptr<Session> replaced = std::exchange(session, nullptr);
+  ASSERT_FALSE(replaced.expired());
+  browser = asio::ip::tcp::socket(hub.io);
+  browser.connect(acceptor.local_endpoint());
+  hub.add_request(std::make_shared<HttpSession>(hub, acceptor.accept()));
+  hub.io.poll();
+  hub.on_change();
+  EXPECT_TRUE(replaced.expired());
+  one_->set_stops_hang(false);
 }
 
 TEST_F(PanelServer, ClosesAConnectionThatSendsNothing) {
