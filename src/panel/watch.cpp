@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 namespace corbot::panel {
@@ -13,6 +14,8 @@ constexpr std::chrono::milliseconds kCellPollInterval{160};
 constexpr std::chrono::milliseconds kReconnectInterval{500};
 /// A servant that has died is back within this time as a rule, and its motion goes on.
 constexpr std::chrono::milliseconds kStopTries{1000};
+/// A coordinator that has died is back later, and moves the robots again.
+constexpr std::chrono::milliseconds kCellStopTries{5000};
 }  // namespace
 
 Watch::Watch(std::string name, std::unique_ptr<Port> port, Watched what)
@@ -146,13 +149,15 @@ void Watch::run_stops() {
 }
 
 std::string Watch::stop() {
-  const Clock::time_point last_try = Clock::now() + kStopTries;
+  std::optional<Clock::time_point> last_try;
   for (;;) {
     try {
       port_->stop();
       return {};
     } catch (const std::exception& error) {
-      if (Clock::now() > last_try) return error.what();
+      const auto tries = what_ == Watched::kRobot ? kStopTries : kCellStopTries;
+      if (!last_try) last_try = Clock::now() + tries;  // a supervisor ends a frozen program during the first
+      if (Clock::now() > *last_try) return error.what();
     }
     std::this_thread::sleep_for(kPollInterval);
   }

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <thread>
 
 #include "panel/fake_port.h"
 #include "support/wait_until.h"
@@ -93,6 +95,34 @@ TEST_F(PanelWatch, TriesAStopAgainWhileTheServantStarts) {
   ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
   EXPECT_EQ(watch_.last_stop().failure, "");
   EXPECT_EQ(robot_->stops(), 1);
+}
+
+// A supervisor needs seconds to end a servant that is frozen. Its first try fails then.
+TEST_F(PanelWatch, TriesAStopAgainThatHasHung) {
+  robot_->set_stops_hang(true);
+  start();
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_stops() == 1; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  robot_->set_fault("the servant closed the connection");
+  robot_->set_stops_hang(false);
+  ASSERT_TRUE(wait_until([&] { return robot_->failed_stops() >= 1; }));
+  robot_->set_fault("");
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  EXPECT_EQ(watch_.last_stop().failure, "");
+}
+
+// Without that Stop the next coordinator would move the robots again.
+TEST_F(PanelWatch, TriesAStopAgainWhileACoordinatorStarts) {
+  Watch cell("cell", std::make_unique<FakePort>(robot_), Watched::kCell);
+  robot_->set_fault("the coordinator does not reply");
+  cell.start([] {}, received_stops_);
+  const std::uint64_t number = cell.request_stop();
+  ASSERT_TRUE(wait_until([&] { return robot_->failed_stops() >= 1; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(2000));
+  robot_->set_fault("");
+  ASSERT_TRUE(wait_until([&] { return cell.last_stop().number == number; }));
+  EXPECT_EQ(cell.last_stop().failure, "");
 }
 
 // A motion may begin after the first Stop has ended. The watch must not drop the second Stop then.
