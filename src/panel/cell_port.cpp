@@ -127,6 +127,19 @@ typename Interface::_var_type way_to(CORBA::ORB_ptr orb, const char* program, co
   });
 }
 
+/// Throws if the program does not answer, so that no order reaches it late. Opens its connection again if the
+/// program has closed it.
+template <class Read>
+void check_connection(const char* program, const std::string& uri, Read&& read) {
+  ask(program, uri, [&] {
+    try {
+      read();
+    } catch (const CORBA::COMM_FAILURE&) {
+      read();  // of a program that has started again
+    }
+  });
+}
+
 }  // namespace
 
 CellPort::CellPort(CORBA::ORB_ptr orb, cell::CellConfig cell)
@@ -261,6 +274,7 @@ json CellPort::call(const Order& order) {
 void CellPort::tell_coordinator(CellAction action) {
   const std::string uri = cell_.coordinator_uri();
   const auto way = way_to<Corbot::Coordinator>(orb_.in(), "the coordinator", uri, kCallConnections);
+  check_connection("the coordinator", uri, [&] { (void)way->Paused(); });
   ask("the coordinator", uri, [&] {
     if (action == CellAction::kPause) return way->Pause();
     way->Resume();
@@ -271,6 +285,7 @@ void CellPort::tell_coordinator(CellAction action) {
 void CellPort::tell_store(const CellRequest& request) {
   const std::string uri = cell_.store_uri();
   const auto way = way_to<Corbot::Store>(orb_.in(), "the store", uri, kCallConnections);
+  check_connection("the store", uri, [&] { const Corbot::PlaceInfos_var places = way->Places(); });
   ask("the store", uri, [&] {
     if (request.action == CellAction::kExchange) return way->Exchange(request.place.c_str(), kWho);
     way->Resolve(request.piece, request.place.c_str(), request.slot, kWho);

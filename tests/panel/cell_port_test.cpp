@@ -3,6 +3,7 @@
 #include "panel/cell_port.h"
 
 #include <gmock/gmock.h>
+#include <signal.h>
 #include <stdlib.h>
 
 #include <filesystem>
@@ -27,10 +28,7 @@ class PanelCell : public testing::Test {
   PanelCell() {
     std::string path = CORBOT_SCRATCH_DIR "/panel-cell-XXXXXX";
     directory_ = ::mkdtemp(path.data());
-    program_.emplace(std::vector<std::string>{CORBOT_BIN_DIR "/corbot-store", CORBOT_CELL "/cell.toml",
-                                              "--ports", std::to_string(ports_), "--state-dir",
-                                              directory_.string()});
-    EXPECT_TRUE(program_->wait_line("ready ", within(30))) << program_->errors();
+    start_store();
     cell::CellOverrides overrides;
     overrides.ports = ports_;
     overrides.state_directory = directory_;
@@ -42,6 +40,12 @@ class PanelCell : public testing::Test {
     port_.reset();
     program_.reset();
     std::filesystem::remove_all(directory_);
+  }
+  void start_store() {
+    program_.emplace(std::vector<std::string>{CORBOT_BIN_DIR "/corbot-store", CORBOT_CELL "/cell.toml",
+                                              "--ports", std::to_string(ports_), "--state-dir",
+                                              directory_.string()});
+    EXPECT_TRUE(program_->wait_line("ready ", within(30))) << program_->errors();
   }
   /// Makes robot 1 lose a piece.
   Corbot::PieceNumber lose_piece() {
@@ -97,6 +101,14 @@ TEST_F(PanelCell, RefusesAnExchangeWhereARobotWorks) {
   store_->Enter(store_->Claim("robot1", "test", 0), "store1", 0);
   EXPECT_EQ(refusal({CellAction::kExchange, 0, "store1"}),
             "robot1 uses store1: wait until it has ended its piece");
+}
+
+TEST_F(PanelCell, RecordsAWordInAStoreThatHasStartedAgain) {
+  EXPECT_EQ(refusal({CellAction::kExchange, 0, "pallet2"}), "none");
+  program_->signal(SIGKILL);
+  ASSERT_TRUE(program_->wait(within(30)));
+  start_store();
+  EXPECT_EQ(refusal({CellAction::kExchange, 0, "pallet2"}), "none");
 }
 
 TEST_F(PanelCell, NamesAStoreThatDoesNotReply) {

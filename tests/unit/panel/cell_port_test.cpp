@@ -9,6 +9,7 @@
 
 #include "cell.hh"
 #include "cell/wall_clock.h"
+#include "client/failure.h"
 #include "panel/corba_port.h"
 #include "support/paths.h"
 #include "support/ports.h"
@@ -19,12 +20,18 @@ namespace {
 class FakeCoordinator : public POA_Corbot::Coordinator {
  public:
   char* Name() override { return CORBA::string_dup("demo"); }
-  void Start() override {}
+  void Start() override { ++starts; }
   void Pause() override {}
   void Resume() override {}
   void Stop() override {}
-  CORBA::Boolean Paused() override { return false; }
+  CORBA::Boolean Paused() override {
+    if (failures > 0 && failures-- > 0) throw CORBA::COMM_FAILURE();
+    return false;
+  }
   Corbot::CoordinatorState* State() override { return new Corbot::CoordinatorState{}; }
+
+  int starts = 0;
+  int failures = 0;  // of the next reads
 };
 
 /// A store of which a test sets the ledger. It counts the events that it has sent.
@@ -139,6 +146,21 @@ TEST_F(PanelCellPort, ForgetsALedgerThatWasReplaced) {
   store_.ledger.clear();
   for (const int piece : {5, 6, 7}) store_.add(piece, Corbot::StepPlaced);
   EXPECT_EQ(pieces(), (Numbers{5, 6, 7}));
+}
+
+// An order to a coordinator that is frozen could reach it late.
+TEST_F(PanelCellPort, StartsNoCellThatDoesNotAnswer) {
+  coordinator_.failures = 2;
+  EXPECT_THROW((void)port_->call(CellRequest{CellAction::kStart}), client::Failure);
+  EXPECT_EQ(coordinator_.starts, 0);
+}
+
+// The first call to a coordinator that has started again finds that its connection is closed.
+TEST_F(PanelCellPort, StartsACellWhoseCoordinatorHasStartedAgain) {
+  coordinator_.failures = 1;
+  EXPECT_EQ(port_->call(CellRequest{CellAction::kStart})["done"], true);
+  EXPECT_EQ(coordinator_.starts, 1);
+  EXPECT_EQ(coordinator_.failures, 0);
 }
 
 }  // namespace
