@@ -10,8 +10,8 @@ export interface StopLine {
   text: string;
 }
 
-/// The server itself ends a Stop or a call after 10 s.
-export const TIMEOUT_MS = 15_000;
+/// The server itself ends a Stop of a cell after 25 s at most, and that of a robot after 15 s.
+export const TIMEOUT_MS = 30_000;
 
 export function authorization(token: string): Record<string, string> {
   return { Authorization: `Bearer ${token}` };

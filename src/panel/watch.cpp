@@ -16,6 +16,9 @@ constexpr std::chrono::milliseconds kReconnectInterval{500};
 constexpr std::chrono::milliseconds kStopTries{1000};
 /// A coordinator that has died is back later, and moves the robots again.
 constexpr std::chrono::milliseconds kCellStopTries{5000};
+/// A supervisor has ended a frozen servant within this time. A Stop that hangs longer is not tried again, so
+/// that its failure is reported soon.
+constexpr std::chrono::milliseconds kFrozen{5000};
 }  // namespace
 
 Watch::Watch(std::string name, std::unique_ptr<Port> port, Watched what)
@@ -149,15 +152,18 @@ void Watch::run_stops() {
 }
 
 std::string Watch::stop() {
+  const Clock::time_point begin = Clock::now();
   std::optional<Clock::time_point> last_try;
   for (;;) {
     try {
       port_->stop();
       return {};
     } catch (const std::exception& error) {
-      const auto tries = what_ == Watched::kRobot ? kStopTries : kCellStopTries;
-      if (!last_try) last_try = Clock::now() + tries;  // a supervisor ends a frozen program during the first
-      if (Clock::now() > *last_try) return error.what();
+      const Clock::time_point now = Clock::now();
+      if (!last_try)
+        last_try =
+            what_ == Watched::kRobot ? std::min(now + kStopTries, begin + kFrozen) : now + kCellStopTries;
+      if (now > *last_try) return error.what();
     }
     std::this_thread::sleep_for(kPollInterval);
   }

@@ -112,6 +112,18 @@ TEST_F(PanelWatch, TriesAStopAgainThatHasHung) {
   EXPECT_EQ(watch_.last_stop().failure, "");
 }
 
+TEST_F(PanelWatch, ReportsAStopThatHasHungForLong) {
+  robot_->set_stops_hang(true);
+  start();
+  const std::uint64_t number = watch_.request_stop();
+  ASSERT_TRUE(wait_until([&] { return robot_->hanging_stops() == 1; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(5100));
+  robot_->set_fault("no answer");
+  robot_->set_stops_hang(false);
+  ASSERT_TRUE(wait_until([&] { return watch_.last_stop().number == number; }));
+  EXPECT_EQ(robot_->failed_stops(), 1);
+}
+
 // Without that Stop the next coordinator would move the robots again.
 TEST_F(PanelWatch, TriesAStopAgainWhileACoordinatorStarts) {
   Watch cell("cell", std::make_unique<FakePort>(robot_), Watched::kCell);
