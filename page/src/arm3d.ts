@@ -6,6 +6,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import URDFLoader, { type URDFJoint, type URDFRobot } from "urdf-loader";
 
 import type { ArmState, Description, Joint } from "./state.js";
+import { CAMERA, TARGET, viewAngle_deg } from "./view_angle.js";
 
 const RADIANS = Math.PI / 180;
 const SOLID = new THREE.MeshStandardMaterial({ color: 0xe07b1f, roughness: 0.6 });
@@ -67,7 +68,7 @@ export class Arm3d {
   readonly canvas: HTMLCanvasElement;
   private readonly renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
   private readonly scene = new THREE.Scene();
-  private readonly camera = new THREE.PerspectiveCamera(36, 1, 0.01, 100);
+  private readonly camera = new THREE.PerspectiveCamera(undefined, 1, 0.01, 100);
   private readonly controls: OrbitControls;
   private readonly commanded: Figure;
   private readonly measured: Figure;
@@ -91,9 +92,9 @@ export class Arm3d {
     floor.material.transparent = true;
     floor.material.opacity = 0.4;
     this.scene.add(world, light, new THREE.HemisphereLight(0xffffff, 0x888888, 1.6), floor);
-    this.camera.position.set(1.6 * size_m, 1.3 * size_m, 1.6 * size_m);
+    this.camera.position.fromArray(CAMERA).multiplyScalar(size_m);
     this.controls = new OrbitControls(this.camera, this.canvas);
-    this.controls.target.set(0, 0.3 * size_m, 0);
+    this.controls.target.fromArray(TARGET).multiplyScalar(size_m);
     this.controls.addEventListener("change", () => this.ask());
     this.controls.update();
     this.canvas.style.touchAction = "pan-y"; // a finger can still scroll the page
@@ -122,6 +123,7 @@ export class Arm3d {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    this.camera.fov = viewAngle_deg(this.camera.aspect);
     this.camera.updateProjectionMatrix();
     this.ask();
   }
