@@ -45,7 +45,7 @@ export class LoopView {
     this.root = section(T.loop, this.summary,
                         el("table", {}, el("thead", {}, el("tr", {}, ...heads)), this.rows),
                         el("p", { class: "hint" }, T.loopHint));
-    this.root.classList.add("wide", "loop");
+    this.root.classList.add("whole", "loop");
   }
 
   show(loop: LoopState | null): void {

@@ -24,6 +24,7 @@ export class Plots {
     this.history = new History(joints);
     this.root = section(T.plots, el("p", { class: "buttons" }, this.pause, button(T.csv, () => this.save())),
                         this.holder, el("p", { class: "legend" }, T.plotLegend));
+    this.root.classList.add("whole");
     for (const unit of ["deg", "m"]) {
       const indices = joints.flatMap((joint, i) => (joint.unit === unit ? [i] : []));
       if (indices.length > 0) this.plots.push({ plot: this.makePlot(unit, indices, joints), indices });

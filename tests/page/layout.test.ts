@@ -49,6 +49,23 @@ pageTest("A phone of 360 pixels shows the whole width, and Stop is in sight", as
   assert.deepEqual(cut, []);
 });
 
+pageTest("The bar of the Stop hides no field that has the focus", async (panel, browser) => {
+  const tab = await browser.open(panel.address(DRIVE_TOKEN, "left"), { width: 390, height: 700 });
+  await tab.until(() => document.querySelector(".drive") !== null);
+  const hidden: string[] = [];
+  for (let i = 0; i < 24; ++i) {
+    await tab.key("Tab");
+    hidden.push(...await tab.run(() => {
+      const element = document.activeElement as HTMLElement;
+      const bar = document.querySelector(".stop-bar") as HTMLElement;
+      const is_hidden = !bar.contains(element) && element !== document.body &&
+        element.getBoundingClientRect().bottom > bar.getBoundingClientRect().top;
+      return is_hidden ? [element.outerHTML] : [];
+    }));
+  }
+  assert.deepEqual(hidden, []);
+});
+
 for (const dark of [false, true]) {
   pageTest(`Texts can be read in the ${dark ? "dark" : "light"} theme`, async (panel, browser) => {
     const tab = await browser.open(panel.address(DRIVE_TOKEN, "left"), { dark });
