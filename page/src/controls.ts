@@ -15,7 +15,8 @@ const POSITION_DECIMALS = 4;
 export function readNumber(typed: string): number | null {
   const trimmed = typed.trim();
   if (trimmed === "") return null;
-  return Number.isFinite(Number(trimmed)) ? Number(trimmed) : NaN;
+  const isDecimal = /^[-+\d.e]+$/i.test(trimmed); // Number reads 0x10, too
+  return isDecimal && Number.isFinite(Number(trimmed)) ? Number(trimmed) : NaN;
 }
 
 /// The part of a person without the right to drive.

@@ -161,9 +161,11 @@ class Page {
     return JSON.stringify([robot, cell, [...cell?.hues_deg ?? []]]);
   }
 
-  /// Shows the robot or cell that the address names, or what to choose from.
+  /// Shows the robot or cell that the address names, the only one, or what to choose from.
   private route(): void {
     if (!this.connection || this.descriptions.length + this.cells.length === 0) return this.refresh();
+    const [first, second] = this.list.querySelectorAll("a");
+    if (location.hash.length <= 1 && first && !second) history.replaceState(null, "", first.href);
     const wanted = fragmentValue(location.hash, "robot");
     const cell = fragmentValue(location.hash, "cell");
     if (cell) {

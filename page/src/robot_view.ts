@@ -7,7 +7,7 @@ import { el, fixed, section, setText, timeOfDay } from "./dom.js";
 import { LoopView } from "./loop_view.js";
 import { Plots } from "./plots.js";
 import { ProgramView, type Run } from "./program_view.js";
-import { type ArmState, type Description, type ProgramState, rollPitchYaw_deg } from "./state.js";
+import { type ArmState, type Description, type ProgramState, toolAngles_deg } from "./state.js";
 import { remedy, T } from "./texts.js";
 
 /// A label, its value, and if the value asks for attention.
@@ -18,7 +18,7 @@ const percent = (value: number): string => fixed(value, 0, "%");
 const millimetres = (index: number) => (arm: ArmState): string =>
   fixed(1000 * (arm.position_m[index] ?? NaN), 1, "mm");
 const angle = (index: number) => (arm: ArmState): string =>
-  fixed(rollPitchYaw_deg(arm.orientation_wxyz)[index], 1, "°");
+  fixed(toolAngles_deg(arm.orientation_wxyz)[index], 1, "°");
 const milliseconds = (age_s: number): string => fixed(1000 * age_s, 0, "ms");
 
 const FIELDS: [string, Field[]][] = [
@@ -33,7 +33,7 @@ const FIELDS: [string, Field[]][] = [
   ]],
   [T.tool, [
     ["X", millimetres(0)], ["Y", millimetres(1)], ["Z", millimetres(2)],
-    [T.roll, angle(0)], [T.pitch, angle(1)], [T.yaw, angle(2)],
+    ["A", angle(0)], ["B", angle(1)], ["C", angle(2)],
   ]],
   [T.gripper, [
     [T.commanded, (arm) => percent(arm.gripper.commandedPercent)],
@@ -73,7 +73,7 @@ export class RobotView {
     this.drawing = this.makeDrawing();
     const fields = FIELDS.map(([heading, rows]) => this.fields(heading, rows));
     this.root = el("div", { class: "robot" }, this.view(), this.alarms(), this.joints(), this.drive(send),
-                   this.program.root, ...fields, this.servant(), this.loop.root, this.plots.root);
+                   this.program.root, ...fields, this.servant(), this.plots.root, this.loop.root);
   }
 
   /// Takes each state: the drawing and the plots need all.
@@ -133,7 +133,8 @@ export class RobotView {
       const meter = el("meter", { min: String(lower), max: String(upper), "aria-label": T.position });
       const ends = `${lower.toFixed(decimals - 1)} … ${fixed(upper, decimals - 1, sign)}`;
       const range = el("td", { class: "number" }, ends);
-      body.append(el("tr", {}, el("th", { scope: "row" }, name), ...cells, range, el("td", {}, meter)));
+      const head = el("th", { scope: "row" }, `${i} ${name}`);
+      body.append(el("tr", {}, head, ...cells, range, el("td", {}, meter)));
       this.refreshers.push((arm) => {
         const texts = [fixed(arm.commanded[i], decimals, sign), fixed(arm.measured?.[i], decimals, sign),
                        fixed(arm.speeds[i], decimals, `${sign}/s`)];
@@ -162,7 +163,6 @@ export class RobotView {
       });
     }
     const part = section(heading, rows);
-    if (heading === T.control) part.classList.add("wide");
     return part;
   }
 
@@ -171,9 +171,7 @@ export class RobotView {
     const started = Number.isFinite(started_s) ? new Date(1000 * started_s).toLocaleString("en-GB") : T.none;
     const rows = [[T.address, address], [T.version, version], [T.profile, profile], [T.started, started]];
     const cells = rows.flatMap(([label, text]) => [el("dt", {}, label ?? ""), el("dd", {}, text ?? "")]);
-    const part = section(T.servant, el("dl", {}, ...cells));
-    part.classList.add("wide");
-    return part;
+    return section(T.servant, el("dl", {}, ...cells));
   }
 
   private alarms(): HTMLElement {

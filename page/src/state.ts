@@ -253,17 +253,17 @@ export class Newest {
   }
 }
 
-/// Roll, pitch and yaw in degrees, about the fixed axes x, y and z, of a unit quaternion. At a pitch of 90
-/// degrees roll and yaw turn about the same axis: the roll is 0 there.
-export function rollPitchYaw_deg(wxyz: number[]): [number, number, number] {
+/// The angles A, B and C of `idl/robot.idl` in degrees, of a unit quaternion: Z-Y-X, B positive upward. At a
+/// B of 90 degrees A and C turn about the same axis: C is 0 there.
+export function toolAngles_deg(wxyz: number[]): [number, number, number] {
   const [w = NaN, x = NaN, y = NaN, z = NaN] = wxyz;
   const degrees = 180 / Math.PI;
-  const sine = 2 * (w * y - z * x); // of the pitch
+  const sine = 2 * (z * x - w * y); // of B
   const sign = Math.sign(sine);
-  if (Math.abs(sine) > 0.999999) return [0, 90 * sign, -2 * degrees * sign * Math.atan2(x, w)];
+  if (Math.abs(sine) > 0.999999) return [2 * degrees * sign * Math.atan2(x, w), 90 * sign, 0];
   return [
-    degrees * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-    degrees * Math.asin(sine),
     degrees * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+    degrees * Math.asin(sine),
+    degrees * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
   ];
 }

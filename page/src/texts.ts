@@ -13,7 +13,7 @@ export const T = {
   panelConnected: "Connected to the panel",
   panelLost: "The connection to the panel is lost. Trying again…",
   tokenWanted: "Enter the token that the panel printed at its start.",
-  tokenRefused: "The panel refused this token.",
+  tokenRefused: "The panel refused this token. Each start of the panel prints new ones.",
   token: "Token",
   open: "Open",
 
@@ -178,9 +178,6 @@ export const T = {
   override: "Override",
 
   tool: "Tool position",
-  roll: "Roll",
-  pitch: "Pitch",
-  yaw: "Yaw",
 
   gripper: "Gripper",
   commanded: "Commanded",

@@ -45,6 +45,6 @@ test("Typed numbers are read with a point, and nothing else is a number", () => 
   assert.equal(readNumber(" 0.25 "), 0.25);
   assert.equal(readNumber("-1e-2"), -0.01);
   assert.equal(readNumber(" "), null);
-  for (const typed of ["0,25", "1 m", "x", "Infinity", "1 2"])
+  for (const typed of ["0,25", "1 m", "x", "Infinity", "1 2", "0x10", "0b1"])
     assert.ok(Number.isNaN(readNumber(typed)), typed);
 });

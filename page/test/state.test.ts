@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Newest, parseDescriptions, parseUpdate, rollPitchYaw_deg, type Update } from "../src/state.js";
+import { Newest, parseDescriptions, parseUpdate, toolAngles_deg, type Update } from "../src/state.js";
 import { fragmentValue } from "../src/token.js";
 
 /// A message as the panel sends it.
@@ -96,15 +96,15 @@ test("Descriptions are read, also those of robots that were not connected yet", 
   assert.deepEqual(parseDescriptions("no JSON"), []);
 });
 
-test("Roll, pitch and yaw come from the quaternion", () => {
+test("The angles A, B and C come from the quaternion, B upward", () => {
   const half = Math.SQRT1_2;
-  const near = (wxyz: number[], wanted: number[]): void => rollPitchYaw_deg(wxyz).forEach((angle, i) =>
+  const near = (wxyz: number[], wanted: number[]): void => toolAngles_deg(wxyz).forEach((angle, i) =>
     assert.ok(Math.abs(angle - (wanted[i] ?? NaN)) < 1e-5, `${angle}`));
   near([1, 0, 0, 0], [0, 0, 0]);
-  near([half, half, 0, 0], [90, 0, 0]);
-  near([half, 0, half, 0], [0, 90, 0]);
-  near([half, 0, 0, half], [0, 0, 90]);
-  near([half * half, half * half, half * half, -half * half], [0, 90, -90]);
+  near([half, half, 0, 0], [0, 0, 90]);
+  near([half, 0, half, 0], [0, -90, 0]); // the x axis points down
+  near([half, 0, 0, half], [90, 0, 0]);
+  near([half * half, half * half, half * half, -half * half], [-90, -90, 0]);
 });
 
 test("The fragment names token and robot", () => {

@@ -21,6 +21,28 @@ pageTest("A motion is shown while it runs", async (panel, browser) => {
   assert.deepEqual(tab.errors, []);
 });
 
+pageTest("The only robot is shown without a choice", async (panel, browser) => {
+  panel.robots.splice(1);
+  const tab = await browser.open(panel.address(WATCH_TOKEN));
+  await tab.untilText("h2", "left");
+  await tab.untilText(STATE, T.states.Standby ?? "");
+});
+
+pageTest("Several robots are offered for a choice", async (panel, browser) => {
+  const tab = await browser.open(panel.address(WATCH_TOKEN));
+  await tab.until(() => document.querySelectorAll("nav a").length === 2);
+  await tab.untilText("h2", T.choose);
+});
+
+pageTest("The tool's angles are those of 'corbot status'", async (panel, browser) => {
+  panel.robot("left").joints_deg[0] = 30;
+  const tab = await browser.open(panel.address(WATCH_TOKEN, "left"));
+  await tab.untilText(STATE, "30.0 °");
+  const labels = await tab.run(() =>
+    [...document.querySelectorAll(".robot dt")].map((dt) => dt.textContent ?? "").join(" "));
+  assert.match(labels, / X Y Z A B C /);
+});
+
 pageTest("Button, Esc and space each stop all arms once", async (panel, browser) => {
   const tab = await browser.open(panel.address(WATCH_TOKEN, "left"));
   const presses = [(): Promise<void> => tab.click(".stop"), () => tab.key("Escape"), () => tab.key(" ")];
