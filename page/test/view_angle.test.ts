@@ -22,7 +22,7 @@ test("A narrow, a square and a wide drawing show the arm in each direction", () 
   for (const aspect of [0.5, 0.88, 1, 2]) {
     for (let turn = 0; turn < 24; ++turn) {
       const [x, z] = [Math.cos(turn * Math.PI / 12), Math.sin(turn * Math.PI / 12)];
-      // Of the length 1, a fifth is the base.
+      // The base is a fifth of the arm.
       for (const tool of [[0.8 * x, 0.2, 0.8 * z], [0.56 * x, 0.76, 0.56 * z], [0, 1, 0]])
         assert.ok(toPicture(tool, aspect).every((value) => Math.abs(value) < 1), `${aspect}: ${tool}`);
     }
