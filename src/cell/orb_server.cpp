@@ -16,12 +16,11 @@ namespace corbot::cell {
 using client::ExitCode;
 using client::Failure;
 
-void check_listen(const std::string& host, int port) {
+void check_listen(const std::string& host, int port, const std::string& instead) {
   const std::string why = net::listen_error(host, port);
   if (why.empty()) return;
   const bool is_taken = why.find("in use") != std::string::npos;
-  throw Failure(ExitCode::kInternal,
-                why + (is_taken ? ": choose other ports with --ports" : ": check cell.host in cell.toml"));
+  throw Failure(ExitCode::kInternal, why + ": " + (is_taken ? instead : "check cell.host in cell.toml"));
 }
 
 OrbServer::OrbServer(const std::string& host, const std::vector<int>& ports, std::size_t most_bytes)

@@ -33,8 +33,10 @@ class OrbServer {
   PortableServer::POA_var poa_;
 };
 
-/// Throws client::Failure, kInternal, if a server cannot listen at the address now.
-void check_listen(const std::string& host, int port);
+/// Throws client::Failure, kInternal, if a server cannot listen at the address now. `instead` is the advice
+/// for a port in use.
+void check_listen(const std::string& host, int port,
+                  const std::string& instead = "choose other ports with --ports");
 
 /// Returns a reference unchecked: its first call connects. Programs may therefore start in any order.
 template <class Interface>

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "client/failure.h"
+#include "client/number_within.h"
 #include "config/similar.h"
 #include "notify/service_notifier.h"
 
@@ -41,10 +42,11 @@ int fail(const Program& program, const std::string& text, ExitCode code) {
 void CellOptions::add_to(CLI::App& app) {
   add_address_to(app);
   app.add_option("--pieces", overrides.pieces, "Number of simulated pieces, instead of the file's")
-      ->check(CLI::Range(0, 100, "0 to 100"));
+      ->check(client::whole_number_within(0, 100))
+      ->type_name("N");
   app.add_option("--seed", overrides.seed, "Seed of the simulation, instead of the file's")
-      ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}, "0 to 4294967295"))
-      ->type_name("NUMBER");
+      ->check(client::whole_number_within(0, 4294967295))
+      ->type_name("S");
 }
 
 void CellOptions::add_file_to(CLI::App& app) {
@@ -55,7 +57,8 @@ void CellOptions::add_address_to(CLI::App& app) {
   add_file_to(app);
   app.add_option("--name", overrides.name, "Name of the cell, instead of the file's")->type_name("NAME");
   app.add_option("--ports", overrides.ports, "First of the ports in a row that the cell listens on")
-      ->check(CLI::Range(1024, 65535, "1024 to 65535"));
+      ->check(client::whole_number_within(1024, 65535))
+      ->type_name("FIRST");
   app.add_option("--state-dir", overrides.state_directory, "Directory of ledger, sockets and logs")
       ->type_name("DIRECTORY");
 }

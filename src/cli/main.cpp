@@ -79,7 +79,8 @@ void add_client_options(CLI::App& command, Settings& settings) {
                   "Name of a robot that is up here, HOST:PORT/NAME or [IPV6]:PORT/NAME, corbaloc or IOR\n"
                   "($CORBOT_ROBOT)")
       ->type_name("ROBOT");
-  command.add_option("--timeout", settings.client.timeout_s, "Seconds that a call may take, not a motion")
+  command
+      .add_option("--timeout", settings.client.timeout_s, "Seconds that a call may take, not a motion (5)")
       ->check(number_within(0.1, 3600.0))
       ->type_name("SECONDS");
 }
@@ -221,7 +222,8 @@ void add_supervision(CLI::App& app, Settings& s) {
                        "Refuse a profile that drives a device: nothing real can move");
   up_command
       ->add_option("--state-dir", s.up.state_directory,
-                   "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)")
+                   "Where the last position is kept ($CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot, "
+                   "~/.local/state/corbot)")
       ->type_name("DIRECTORY");
   up_command->add_flag(
       "--until-eof", s.up.until_eof,
@@ -254,7 +256,7 @@ void add_conform(CLI::App& app, Settings& s) {
       ->required()
       ->type_name("");
   command->add_flag("--yes", s.is_agreed, "Move the arm without a question at the terminal");
-  command->add_option("--timeout", s.client.timeout_s, "Seconds that a call may take, not a motion")
+  command->add_option("--timeout", s.client.timeout_s, "Seconds that a call may take, not a motion (5)")
       ->check(number_within(0.1, 3600.0))
       ->type_name("SECONDS");
   command->footer("Exit code 0: all that the pick-and-place cell needs holds; 1: something does not.");
@@ -271,7 +273,8 @@ void add_calibration(CLI::App& app, Settings& s) {
       ->type_name("NAME");
   command
       ->add_option("--state-dir", s.calibrate.state_directory,
-                   "Where the last position is kept ($CORBOT_STATE_DIR, ~/.local/state/corbot)")
+                   "Where the last position is kept ($CORBOT_STATE_DIR, $XDG_STATE_HOME/corbot, "
+                   "~/.local/state/corbot)")
       ->type_name("DIRECTORY");
   command->add_flag("--dry-run", s.calibrate.dry_run, "'write' shows what would change, and changes nothing");
   command->footer(std::string("The robot must not be up. Commands, from the terminal or a pipe:\n") +
@@ -310,10 +313,10 @@ void add_arm(CLI::App& app, Settings& s) {
                    "Show the solutions at the pose of these joints: a number for each, degrees or m")
       ->type_name("LIST")
       ->excludes(pose);
-  command->add_flag("--json", s.kinematics.json, "Print JSON, for programs");
   auto* svg = command->add_option("--svg", s.kinematics.svg, "Draw the arm and its reach into this file");
   svg->type_name("FILE");
   command->add_flag("--thumbnail", s.kinematics.thumbnail, "Draw the picture small, for a table")->needs(svg);
+  command->add_flag("--json", s.kinematics.json, "Print JSON, for programs");
   command->callback([&s] { kinematics(s.kinematics); });
   CLI::App* export_command = app.add_subcommand("export", "Write the geometry of an arm for other programs");
   export_command->add_option("PROFILE", s.exported.profile, "The robot's profile, a TOML file")
@@ -337,7 +340,7 @@ void add_views(CLI::App& app, Settings& s) {
     command->callback([&s, which = view] { show(s.client, which, s.json); });
   }
   CLI::App* watch_command = app.add_subcommand("watch", "Show the status repeatedly");
-  watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs")
+  watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs (0.2)")
       ->check(number_within(0.02, 3600.0))
       ->type_name("SECONDS");
   watch_command->add_option("--count", s.count, "End after so many outputs")
@@ -457,8 +460,9 @@ int run(int argc, char** argv) {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
-  if (!arguments.empty() && arguments[0] == "help") {  // the suggestion would be 'hold'
-    arguments.erase(arguments.begin());
+  const auto help = arguments.begin() + (!arguments.empty() && arguments[0] == "cell" ? 1 : 0);
+  if (help != arguments.end() && *help == "help") {  // the suggestion would be 'hold'
+    arguments.erase(help);
     arguments.emplace_back("--help");
   }
   check_command(app, arguments);

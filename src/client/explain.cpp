@@ -67,15 +67,6 @@ std::string unresolved_host(const std::string& where) {
 
 }  // namespace
 
-std::string printable(std::string_view text) {
-  constexpr std::size_t kMost = 400;
-  std::string out(text.substr(0, kMost));
-  for (char& c : out) {
-    if (c < 0x20 || c > 0x7e) c = '?';
-  }
-  return out;
-}
-
 std::string plain(double value) {
   if (std::isfinite(value) && std::abs(value) < 1e-9) value = 0;  // also -0
   return fmt::format("{:.6g}", value);

@@ -8,6 +8,7 @@
 
 #include "arm.hh"
 #include "client/failure.h"
+#include "client/printable.h"
 
 // Converts exceptions of the interface and of the ORB to messages that say what to do.
 
@@ -39,10 +40,6 @@ struct Address {
 
 /// Returns "; numbers are metres: 20 cm is 0.20" for a point that no arm here reaches, else "".
 [[nodiscard]] const char* metres_hint(double x_m, double y_m, double z_m);
-
-/// Returns text from the network, safe for a terminal: printable ASCII, others as '?', at most 400
-/// characters.
-[[nodiscard]] std::string printable(std::string_view text);
 
 [[nodiscard]] const char* to_string(Corbot::DeviceHealth health);
 /// Returns true if the device is connected and waits for a Clear without energy for the servos. Otherwise a

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "client/explain.h"
+#include "client/printable.h"
 
 namespace corbot::client {
 

@@ -39,8 +39,9 @@ const Similarity kSimilarKey{
     [](std::size_t typed, std::size_t word) { return std::max<std::size_t>(1, std::min(typed, word) / 3); },
     true};
 
-const Similarity kSimilarCommand{[](std::size_t /*typed*/, std::size_t word) {
-                                   return word == 0 ? 0 : std::min<std::size_t>(2, word - 1);
+const Similarity kSimilarCommand{[](std::size_t typed, std::size_t word) {
+                                   const std::size_t most = typed > 3 ? 2 : 1;
+                                   return word == 0 ? 0 : std::min<std::size_t>(most, word - 1);
                                  },
                                  false};
 

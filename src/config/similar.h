@@ -18,7 +18,7 @@ struct Similarity {
 
 /// Keys of a profile: one edit for each three letters, and a unit may be omitted ("speed" for "speed_deg_s").
 extern const Similarity kSimilarKey;
-/// Commands: two edits, but never a whole word.
+/// Commands: two edits, one if three letters or fewer are typed, but never a whole word.
 extern const Similarity kSimilarCommand;
 
 /// Returns the word in `words` that `typed` most likely misspells, or "" if none is similar.

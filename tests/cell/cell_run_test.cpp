@@ -318,6 +318,15 @@ TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {
               HasSubstr("2 of 2 pieces on pallet2, each once; the camera sees 2 there, 0 elsewhere"));
 }
 
+TEST_F(CellRun, APanelsPortInUseIsNamedWithTheOptionForAnother) {
+  Process store({(programs_ / "corbot-store").string(), (directory_ / "cell.toml").string(), "--name", name_,
+                 "--ports", std::to_string(ports_), "--state-dir", (directory_ / "store").string()});
+  ASSERT_TRUE(store.wait_line("ready", within(30))) << store.errors();
+  const RunResult result = cell_run({"--panel", std::to_string(ports_)});
+  EXPECT_EQ(result.code, 5);
+  EXPECT_THAT(result.errors, HasSubstr("is in use by another program: let the panel take any free one"));
+}
+
 TEST_F(CellRun, APieceThatIsTakenAwayBeforeTheLastLookIsNamed) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   lose_at("pallet2");

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <regex>
 #include <sstream>
+#include <tuple>
 
 #include "cli/supervise/supervisor.h"
 #include "cli_rig.h"
@@ -366,6 +367,10 @@ TEST_F(Robustness, HelpIsNotTakenForHold) {
   const RunResult of_move = corbot({"help", "move"});
   EXPECT_EQ(of_move.code, 0);
   EXPECT_THAT(of_move.output, HasSubstr("--above"));
+  const RunResult of_cell = corbot({"cell", "help"});
+  EXPECT_EQ(of_cell.code, 0);
+  EXPECT_EQ(of_cell.output, corbot({"help", "cell"}).output);
+  EXPECT_THAT(corbot({"cell", "help", "run"}).output, HasSubstr("--pieces"));
   EXPECT_THAT(corbot({"pitch", "--help"}).output, HasSubstr("'orientation --reset'"));
 }
 
@@ -385,6 +390,19 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
   EXPECT_THAT(corbot({"status", "--frobnicate"}).errors, Not(HasSubstr("did you mean")));
   const RunResult program = corbot({"run", put("p.corbot", "move 1 2 3 --tiem 4\n")});
   EXPECT_THAT(program.errors, HasSubstr("did you mean '--time'?"));
+}
+
+TEST_F(Robustness, EachCommandReadsWholeNumbersAlike) {
+  const std::vector<std::tuple<const char*, const char*, const char*>> cases{
+      {"--pieces", "010", "--pieces: '010' is not a whole number from 0 to 100"},
+      {"--pieces", "0x10", "--pieces: '0x10' is not a whole number from 0 to 100"},
+      {"--seed", "010", "--seed: '010' is not a whole number from 0 to 4294967295"},
+      {"--ports", "02000", "--ports: '02000' is not a whole number from 1024 to 65535"}};
+  for (const auto& [option, number, fault] : cases) {
+    const RunResult result = corbot({"cell", "run", "x", option, number});
+    EXPECT_EQ(result.code, 2) << fault;
+    EXPECT_THAT(result.errors, HasSubstr(fault));
+  }
 }
 
 TEST_F(Robustness, EachCommandReadsTheIntervalAlike) {

@@ -65,7 +65,7 @@ fs::path scene_output(const CellConfig& cell) { return cell.state_directory / "s
 
 void add_panel_to(CLI::App& command, PanelPort& port) {
   CLI::Option* const option = command.add_option(
-      "--panel", "start a panel on the loopback, too, at this port (8080); 0: any free one");
+      "--panel", "Start a panel, too, on this port of the loopback (8080); 0: any free one");
   option->expected(0, 1)->check(client::whole_number_within(0, 65535))->type_name("PORT");
   command.parse_complete_callback([option, &port] {
     if (option->count() == 0) return;
@@ -83,7 +83,7 @@ void check_installation(const CellConfig& cell, PanelPort panel) {
   }
   if (panel) {
     (void)panel_program();
-    if (*panel > 0) cell::check_listen("127.0.0.1", *panel);
+    if (*panel > 0) cell::check_listen("127.0.0.1", *panel, "let the panel take any free one with --panel 0");
   }
   const auto check = [&](int port) { cell::check_listen(cell.host, port); };
   if (cell.store_reference.empty()) check(cell.store_port());

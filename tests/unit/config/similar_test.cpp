@@ -31,10 +31,11 @@ TEST(Similar, AKeyMayLackItsUnit) {
 
 TEST(Similar, ACommandMayHaveTwoEditsButNotAsManyAsLetters) {
   EXPECT_EQ(command("moev"), "move");
-  EXPECT_EQ(command("mo"), "move");
+  EXPECT_EQ(command("mve"), "move");
   EXPECT_EQ(command("opne"), "open");
   EXPECT_EQ(command("u"), "up");
   EXPECT_EQ(command("xy"), "") << "two edits make any word of two letters";
+  EXPECT_EQ(command("oxn"), "") << "of three letters, two edits leave one";
   EXPECT_EQ(command("xyve"), "move");
   EXPECT_EQ(command("xyze"), "");
 }
