@@ -159,7 +159,7 @@ corbot_status corbot_robot_move_joints(corbot_robot* robot, const corbot_caller*
         const std::size_t dof = robot->robot.profile().arm.dof;
         if (count != dof) {
           throw bad_argument("target", static_cast<double>(count),
-                             fmt::format("{} values, but the arm has {} joints", count, dof));
+                             fmt::format("target has {} values, but the arm has {} joints", count, dof));
         }
         MoveJointsRequest request{{}, t_s};
         for (std::size_t i = 0; i < count; ++i) {

@@ -382,7 +382,7 @@ TEST_F(Motions, RefusalsExplainAndMoveNothing) {
       {{"drive", "bse", "1", "1"}, 2, "did you mean 'base'?"},
       {{"drive", "0", "200", "20"}, 1, "not within -90 to 90"},
       {{"drive", "0", "20", "9999"}, 1, "9999"},
-      {{"joints", "1", "2"}, 1, "4 joints"},
+      {{"joints", "1", "2"}, 1, "refused: target has 2 values, but the arm has 4 joints"},
       {{"movec", "0", "0", "0", "1", "1", "1", "2", "2", "2"}, 1, "line"},
       {{"move", "0.2", "0"}, 2, "Z missing"},
       {{"move", "0.2", "0", "nan"}, 2, "not a finite number"},
