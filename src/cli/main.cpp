@@ -28,6 +28,7 @@
 #include "cli/doctor/doctor.h"
 #include "cli/plot/plot.h"
 #include "cli/run_panel.h"
+#include "cli/supervise/panel_port.h"
 #include "cli/supervise/up.h"
 #include "client/client.h"
 #include "client/explain.h"
@@ -207,9 +208,7 @@ void add_supervision(CLI::App& app, Settings& s) {
   auto* naming = up_command->add_option("--naming", s.up.naming_port,
                                         "Start a naming service, too, on this port of the loopback (2809)");
   naming->expected(0, 1)->check(whole_number_within(1, 65535))->type_name("PORT");
-  auto* panel = up_command->add_option("--panel", s.up.panel_port,
-                                       "Start a panel, too, on this port of the loopback (8080)");
-  panel->expected(0, 1)->check(whole_number_within(1, 65535))->type_name("PORT");
+  add_panel_to(*up_command, s.up.panel_port);
   up_command->add_option("--orb", s.up.orb, "ORB of the servant (omniorb)")
       ->check(CLI::IsMember({"omniorb", "orbit2"}))
       ->type_name("ORB");
@@ -230,8 +229,7 @@ void add_supervision(CLI::App& app, Settings& s) {
       "End the robot at the end of standard input, such as a pipe from the program that starts it");
   up_command->add_flag("--replace", s.up.replace,
                        "First end a robot of that name that is up, whichever terminal started it");
-  up_command->callback([&s, naming, panel] {
-    if (panel->count() > 0 && s.up.panel_port == 0) s.up.panel_port = 8080;
+  up_command->callback([&s, naming] {
     if (naming->count() > 0 && s.up.naming_port == 0) s.up.naming_port = 2809;
     up(s.up);
   });

@@ -304,19 +304,40 @@ pid_t child_of(pid_t parent, const std::string& program) {
   return 0;
 }
 
-TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
-  const fs::path programs = directory_ / "bin";  // installed as the package does, with the page
+/// Copies the programs and the page as the package installs them. Returns the command that starts a robot
+/// with a panel.
+std::vector<std::string> install(const fs::path& directory, const std::string& robot, int panel_port) {
+  const fs::path programs = directory / "bin";
   fs::create_directories(programs);
   for (const char* program : {"corbot", "corbot-panel", "corbot-rt", "corbot-servant"})
     fs::copy_file(fs::path(CORBOT_BIN_DIR) / program, programs / program);
-  fs::create_directories(directory_ / "share" / "corbot");
-  fs::rename(directory_ / "page", directory_ / "share" / "corbot" / "page");
-  fs::permissions(directory_, fs::perms::owner_all);
+  fs::create_directories(directory / "share" / "corbot");
+  fs::rename(directory / "page", directory / "share" / "corbot" / "page");
+  fs::permissions(directory, fs::perms::owner_all);
+  return {(programs / "corbot").string(),
+          "up",
+          CORBOT_TEST_PROFILE,
+          "--name",
+          robot,
+          "--endpoint",
+          "127.0.0.1:" + std::to_string(test::free_port()),
+          "--panel",
+          std::to_string(panel_port)};
+}
+
+TEST_F(PanelProgram, TakesAnyFreePortWithItsRobot) {
+  Process up(install(directory_, name_ + "-up", 0), environment());
+  const auto url = up.wait_line("watch and stop: http://127.0.0.1:", within(30));
+  ASSERT_TRUE(url) << up.errors();
+  port_of_panel_ = std::stoi(url->substr(url->find("127.0.0.1:") + 10));
+  EXPECT_EQ(ask("", http::verb::get, "/").body(), "<html/>");
+  EXPECT_EQ(up.terminate(), 0) << up.errors();
+}
+
+TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
   port_of_panel_ = test::free_port();
   const std::string robot = name_ + "-up";
-  Process up({(programs / "corbot").string(), "up", CORBOT_TEST_PROFILE, "--name", robot, "--endpoint",
-              "127.0.0.1:" + std::to_string(test::free_port()), "--panel", std::to_string(port_of_panel_)},
-             environment());
+  Process up(install(directory_, robot, port_of_panel_), environment());
   const auto first = up.wait_line("watch and stop: http://127.0.0.1:", within(30));
   ASSERT_TRUE(first) << up.errors();
   ASSERT_TRUE(up.wait_line(robot + " is up", within(30))) << up.errors();

@@ -10,7 +10,6 @@
 #include "cell/orb_server.h"
 #include "cli/supervise/robot_children.h"
 #include "client/failure.h"
-#include "client/number_within.h"
 #include "config/load_profile.h"
 #include "config/profile_edit.h"
 #include "net/ports.h"
@@ -30,7 +29,6 @@ constexpr double kReadyWithin_s = 30;  // enough beside builds and tests on few 
 constexpr double kRespond_s = 10;
 constexpr double kRobotEndsWithin_s = 20;        // a robot ends three processes within five seconds each
 constexpr double kCoordinatorEndsWithin_s = 15;  // its robots come to rest, and a camera look ends
-constexpr int kPanelPort = 8080;
 constexpr std::string_view kScenePort = "unix:SCENE/NAME.servos";
 
 fs::path profile_of(const CellConfig& cell, const CellRobot& robot) {
@@ -62,17 +60,6 @@ fs::path log_file(const CellConfig& cell, const std::string& title) {
   return cell.state_directory / (title + ".log");
 }
 fs::path scene_output(const CellConfig& cell) { return cell.state_directory / "scene.out"; }
-
-void add_panel_to(CLI::App& command, PanelPort& port) {
-  CLI::Option* const option = command.add_option(
-      "--panel", "Start a panel, too, on this port of the loopback (8080); 0: any free one");
-  option->expected(0, 1)->check(client::whole_number_within(0, 65535))->type_name("PORT");
-  command.parse_complete_callback([option, &port] {
-    if (option->count() == 0) return;
-    const std::string word = option->results().front();
-    port = word.find_first_of("0123456789") == std::string::npos ? kPanelPort : std::stoi(word);
-  });
-}
 
 void check_installation(const CellConfig& cell, PanelPort panel) {
   for (const char* program : {"corbot-scene", "corbot-store", "corbot-camera", "corbot-coordinator"}) {

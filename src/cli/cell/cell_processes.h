@@ -2,11 +2,11 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "cell/program.h"
+#include "cli/supervise/panel_port.h"
 #include "cli/supervise/supervisor.h"
 
 // The processes of a cell, as the supervisor starts them.
@@ -22,11 +22,6 @@ inline constexpr const char* kRobots = "robots";
 [[nodiscard]] std::filesystem::path log_file(const cell::CellConfig& cell, const std::string& title);
 /// Returns the file to which the scene writes its last line.
 [[nodiscard]] std::filesystem::path scene_output(const cell::CellConfig& cell);
-
-/// The port of a panel on the loopback; 0: any free one, nothing: no panel.
-using PanelPort = std::optional<int>;
-/// Adds the option --panel.
-void add_panel_to(CLI::App& command, PanelPort& port);
 
 /// Throws Failure: kInternal if a port that the cell needs is in use, kUsage if a program is not installed.
 void check_installation(const cell::CellConfig& cell, PanelPort panel);

@@ -220,7 +220,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   }
   going = going && supervisor.start(real_time_task(options, state, profile, position)) &&
           supervisor.start(servant(options, state, profile.supervisor));
-  if (options.panel_port > 0) going = going && supervisor.start(panel({state.name}, options.panel_port));
+  if (options.panel_port) going = going && supervisor.start(panel({state.name}, *options.panel_port));
   if (going) {
     announce(state, options.naming_port, position, console);
     announced = true;
@@ -257,9 +257,10 @@ void up(const UpOptions& options) {
     check_free("127.0.0.1", options.naming_port, "choose another with --naming PORT");
     log_directory = std::make_unique<LogDirectory>();
   }
-  if (options.panel_port > 0) {
+  if (options.panel_port) {
     (void)panel_program();
-    check_free("127.0.0.1", options.panel_port, "choose another with --panel PORT");
+    if (*options.panel_port > 0)
+      check_free("127.0.0.1", *options.panel_port, "let the panel take any free one with --panel 0");
   }
   lock.write_profile(std::move(read.text));
   state.profile_in_use = lock.profile_path();

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "cli/supervise/panel_port.h"
+
 namespace corbot::cli {
 
 struct UpOptions {
@@ -11,7 +13,7 @@ struct UpOptions {
   std::string endpoint;   ///< HOST:PORT, empty: the profile's
   std::string unix_path;  ///< of a Unix socket to listen on as well; may be empty
   int naming_port{0};     ///< 0: no naming service is started
-  int panel_port{0};      ///< 0: no panel is started
+  PanelPort panel_port;
   std::string orb{"omniorb"};
   std::string realtime{"best-effort"};
   bool simulated{false};        ///< refuse a profile that drives a device
