@@ -10,8 +10,10 @@ export interface StopLine {
   text: string;
 }
 
-/// The server itself ends a Stop of a cell after 25 s at most, and that of a robot after 15 s.
+/// The server itself ends a Stop of a cell after 28 s at most, and that of a robot after 23 s.
 export const TIMEOUT_MS = 30_000;
+/// A Stop without a reply after this time is shown as not confirmed. The panel still tries it.
+const LATE_MS = 3000;
 
 export function authorization(token: string): Record<string, string> {
   return { Authorization: `Bearer ${token}` };
@@ -70,15 +72,23 @@ export class Stops {
     const number = ++this.sent;
     const result = requestStop(this.send, this.token(), target);
     this.show(null);
-    this.keep(target === undefined ? "" : JSON.stringify(target), number, await result);
-    this.show([...this.results.values()].flatMap(({ lines }) => lines));
+    const key = target === undefined ? "" : JSON.stringify(target);
+    const late = setTimeout(() => this.keep(key, number, [{ isAtRest: false, text: T.stopLate }]), LATE_MS);
+    try {
+      this.keep(key, number, await result);
+    } finally {
+      clearTimeout(late);
+    }
   }
 
+  /// Shows all results, this one among them unless there is a newer one.
   private keep(target: string, number: number, lines: StopLine[]): void {
     const newest = Math.max(...["", target].map((each) => this.results.get(each)?.number ?? 0));
-    if (number < newest) return;
-    for (const [each, { number: earlier }] of this.results)
-      if (each === target || (target === "" && earlier < number)) this.results.delete(each);
-    this.results.set(target, { number, lines });
+    if (number >= newest) {
+      for (const [each, { number: earlier }] of this.results)
+        if (each === target || (target === "" && earlier < number)) this.results.delete(each);
+      this.results.set(target, { number, lines });
+    }
+    this.show([...this.results.values()].flatMap((each) => each.lines));
   }
 }

@@ -108,6 +108,21 @@ test("A Stop whose connection fails is sent once more", async () => {
   assert.equal(sent.length, 2);
 });
 
+test("A Stop that is not confirmed soon is shown as such until it has a result", async (context) => {
+  context.mock.timers.enable({ apis: ["setTimeout"] });
+  const { stops, sent, shown } = fixture();
+  const ended = stops.press();
+  context.mock.timers.tick(2999);
+  assert.deepEqual(shown, [null]);
+  context.mock.timers.tick(1);
+  assert.deepEqual(shown.at(-1), [{ isAtRest: false, text: T.stopLate }]);
+  sent[0]?.reply(200, rest);
+  await ended;
+  assert.deepEqual(shown.at(-1), [{ isAtRest: true, text: T.stopped("a") }]);
+  context.mock.timers.tick(9999);
+  assert.deepEqual(shown.length, 3);
+});
+
 test("A panel that does not reply in time is shown", async () => {
   const { stops, sent, shown } = fixture();
   const ended = stops.press();

@@ -19,7 +19,6 @@
 #include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
 #include "cli/frames_view.h"
-#include "cli/local_stop.h"
 #include "cli/plot/plan_plot.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
@@ -27,6 +26,7 @@
 #include "cli/stop_all.h"
 #include "client/client.h"
 #include "client/local_robots.h"
+#include "client/local_stop.h"
 #include "client/notice.h"
 #include "client/stop_on_signal.h"
 #include "config/load_profile.h"
@@ -45,6 +45,7 @@ using client::Program;
 using client::read_state;
 using client::Request;
 using client::spec_of;
+using client::stop_on_this_machine;
 using client::Verb;
 
 namespace {

@@ -5,6 +5,7 @@
 
 #include "client/client.h"
 #include "client/json_view.h"
+#include "client/local_stop.h"
 #include "panel/own_reference.h"
 
 namespace corbot::panel {
@@ -21,6 +22,8 @@ constexpr unsigned kSlowPolls = 10;
 constexpr unsigned kLoopPolls = 50;
 /// Holder of exclusive control, for people.
 constexpr const char* kHolder = "panel";
+/// A real-time task that is not frozen confirms a Stop within this time.
+constexpr double kLocalStop_s = 3.0;
 
 template <class List>
 json numbers(const List& list) {
@@ -94,6 +97,15 @@ Corbot::Arm_var own_arm(CORBA::ORB_ptr orb, const client::Address& address, CORB
   const CORBA::Object_var shared = client::find_object(orb, address);
   return client::call(address,
                       [&] { return Corbot::Arm_var(own_reference<Corbot::Arm>(shared.in(), group)); });
+}
+
+/// Returns true if the arm of a robot on this machine is at rest. The real-time task carries this Stop out.
+bool is_stopped_here(const std::string& robot) {
+  try {
+    return !robot.empty() && client::stop_on_this_machine(robot, kLocalStop_s);
+  } catch (const client::Failure&) {
+    return false;  // the servant may stop it
+  }
 }
 
 class CorbaPerformer : public Performer {
@@ -183,6 +195,7 @@ CorbaPort::Way CorbaPort::call_way() const {
 
 void CorbaPort::stop() {
   Way way = stop_way();
+  if (is_stopped_here(way.address.local)) return;
   if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), find_robot(robot_), kStopConnections);
   client::call(way.address, [&] { way.arm->Stop(); });
 }

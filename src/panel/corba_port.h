@@ -23,6 +23,7 @@ class CorbaPort : public Port {
 
   [[nodiscard]] nlohmann::json connect() override;
   [[nodiscard]] nlohmann::json state() override;
+  /// Needs no servant if the robot is on this machine.
   void stop() override;
   /// After an acquire, calls have control of the arm until a release or the end of the lease.
   [[nodiscard]] nlohmann::json call(const Order& order) override;

@@ -12,10 +12,9 @@ namespace {
 constexpr std::chrono::milliseconds kPollInterval{20};
 constexpr std::chrono::milliseconds kCellPollInterval{160};
 constexpr std::chrono::milliseconds kReconnectInterval{500};
-/// A servant that has died is back within this time as a rule, and its motion goes on.
-constexpr std::chrono::milliseconds kStopTries{1000};
-/// A coordinator that has died is back later, and moves the robots again.
-constexpr std::chrono::milliseconds kCellStopTries{5000};
+/// A servant or coordinator that has died is back within this time: its supervisor waits at most five seconds
+/// before it starts it again. A motion may go on meanwhile, and a coordinator moves the robots again.
+constexpr std::chrono::milliseconds kStopTries{8000};
 /// A supervisor has ended a frozen servant within this time. A Stop that hangs longer is not tried again, so
 /// that its failure is reported soon.
 constexpr std::chrono::milliseconds kFrozen{5000};
@@ -160,10 +159,9 @@ std::string Watch::stop() {
       return {};
     } catch (const std::exception& error) {
       const Clock::time_point now = Clock::now();
-      if (!last_try)
-        last_try =
-            what_ == Watched::kRobot ? std::min(now + kStopTries, begin + kFrozen) : now + kCellStopTries;
-      if (now > *last_try) return error.what();
+      const bool is_silent = what_ == Watched::kRobot && now > begin + kFrozen;
+      if (!last_try) last_try = is_silent ? now : now + kStopTries;
+      if (now >= *last_try) return error.what();
     }
     std::this_thread::sleep_for(kPollInterval);
   }

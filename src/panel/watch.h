@@ -89,8 +89,8 @@ class Watch {
   void poll_until_failure();
   void run_stops();
   void run_calls();
-  /// Tries to stop the arms, after a first failure for a second, or for five if it is a cell. Tries only once
-  /// if a robot does not answer. Returns why the last try failed; empty: the arms are at rest.
+  /// Tries to stop the arms, after a first failure for eight seconds. Tries only once if a robot does not
+  /// answer. Returns why the last try failed; empty: the arms are at rest.
   [[nodiscard]] std::string stop();
   /// Makes the call while the mutex is not locked.
   void make(Call& call);

@@ -356,6 +356,25 @@ TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
   EXPECT_FALSE(fs::exists(token_file()));
 }
 
+// A servant that is killed repeatedly starts later and later. The motion goes on meanwhile.
+TEST_F(PanelProgram, StopsARobotOnThisMachineWithoutItsServant) {
+  port_of_panel_ = test::free_port();
+  Process up(install(directory_, name_ + "-up", port_of_panel_), environment());
+  const auto url = up.wait_line("watch and stop: ", within(30));
+  ASSERT_TRUE(url) << up.errors();
+  ASSERT_TRUE(up.wait_line(name_ + "-up is up", within(30))) << up.errors();
+  watch_ = url->substr(url->find("token=") + 6);
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  json state = page.read();
+  while (state.is_object() && !state.value("connected", false)) state = page.read();
+  up.signal(SIGSTOP);  // it starts no other servant
+  ASSERT_EQ(::kill(child_of(up.pid(), "corbot-servant"), SIGKILL), 0);
+  const Response stopped = ask(watch_, http::verb::post, "/api/stop");
+  EXPECT_EQ(stopped.result(), http::status::ok) << stopped.body();
+  up.signal(SIGCONT);
+  EXPECT_EQ(up.terminate(), 0) << up.errors();
+}
+
 TEST_F(PanelProgram, WarnsOfARobotThatIsNotUp) {
   fs::permissions(directory_, fs::perms::owner_all);
   const std::string page = (directory_ / "page").string();

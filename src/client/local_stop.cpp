@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/local_stop.h"
+#include "client/local_stop.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,7 @@
 #include "client/failure.h"
 #include "shm/channel_client.h"
 
-namespace corbot::cli {
-
-using client::ExitCode;
-using client::Failure;
+namespace corbot::client {
 
 namespace {
 using Clock = std::chrono::steady_clock;
@@ -42,4 +39,4 @@ bool stop_on_this_machine(const std::string& robot, double timeout_s) {
   }
 }
 
-}  // namespace corbot::cli
+}  // namespace corbot::client

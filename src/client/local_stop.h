@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace corbot::cli {
+namespace corbot::client {
 
 /// Stops a robot on this machine by its stop segment, without its servant. Returns true when the arm is at
 /// rest, or held by an Error. Returns false if no real-time task of that name runs here, or it ended before
@@ -12,4 +12,4 @@ namespace corbot::cli {
 /// when it resumes.
 [[nodiscard]] bool stop_on_this_machine(const std::string& robot, double timeout_s);
 
-}  // namespace corbot::cli
+}  // namespace corbot::client
