@@ -671,6 +671,20 @@ TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoForTheNextCoordinator) {
   EXPECT_EQ(this->cell("down").code, 3);
 }
 
+// The supervisor kills the frozen coordinator after ten seconds, and the next one would work on.
+TEST_F(CellUp, StopHoldsTheArmsAlsoIfTheCoordinatorIsFrozen) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  Process cell = up(2);
+  const auto frozen = pid_of(of_cell("corbot-coordinator"));
+  ASSERT_TRUE(frozen);
+  ASSERT_EQ(::kill(*frozen, SIGSTOP), 0);
+  const RunResult stopped = this->cell("stop");
+  EXPECT_EQ(stopped.code, 0) << stopped.errors;
+  EXPECT_THAT(stopped.errors, HasSubstr("has NOT confirmed the stop"));
+  EXPECT_TRUE(reaches(" stopped; 'corbot cell start' begins or goes on")) << status();
+  EXPECT_NE(pid_of(of_cell("corbot-coordinator")), frozen);
+}
+
 TEST_F(CellUp, StopHoldsTheArmsUntilStartAlsoBesideAStandBy) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   Process cell = up(2);

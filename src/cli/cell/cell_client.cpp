@@ -6,12 +6,14 @@
 #include <chrono>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "cell/orb_server.h"
 #include "cell/running_cells.h"
 #include "cell/store_refusal.h"
 #include "cli/cell/cell_directory.h"
 #include "client/explain.h"
+#include "client/notice.h"
 
 namespace corbot::cli {
 
@@ -24,6 +26,8 @@ constexpr CORBA::ULong kCall_ms = 5000;
 constexpr CORBA::ULong kName_ms = 1000;
 constexpr const char* kWrongRow = "in a row for another kind";
 constexpr std::chrono::seconds kRetryFor{10};  // a program that died is restarted meanwhile
+/// A supervisor kills a frozen coordinator after ten seconds. It starts the next after at most five more.
+constexpr std::chrono::seconds kStopRetryFor{20};
 
 template <class Interface>
 typename Interface::_ptr_type connect(CORBA::ORB_ptr orb, const std::string& uri, CORBA::ULong timeout_ms) {
@@ -83,18 +87,24 @@ CellClient::~CellClient() {
   }
 }
 
-/// Repeats a call that the ORB could not deliver: every call of this class may be repeated.
 template <class F>
 auto CellClient::call(const Peer& peer, F&& f) -> decltype(f()) {
-  const auto deadline = std::chrono::steady_clock::now() + kRetryFor;
+  return call(peer, f, is_ours_ ? kRetryFor : std::chrono::seconds(0));
+}
+
+/// Repeats a call that the ORB could not deliver: every call of this class may be repeated.
+template <class F>
+auto CellClient::call(const Peer& peer, F&& f, std::chrono::seconds retry_for) -> decltype(f()) {
+  const auto deadline = std::chrono::steady_clock::now() + retry_for;
   for (;;) {
     try {
       return cell::or_refusal(peer.name, f);
     } catch (const CORBA::SystemException& error) {
-      if (!is_ours_ && !peer.is_elsewhere)
+      const bool is_last = gave_up_ || std::chrono::steady_clock::now() >= deadline;
+      if (is_last && !is_ours_ && !peer.is_elsewhere)
         throw Failure(ExitCode::kUnreachable,
                       silence_text(peer.name, peer.uri, error._name(), cell_.state_directory));
-      if (!is_ours_ || gave_up_ || std::chrono::steady_clock::now() > deadline)
+      if (is_last)
         throw Failure(peer.is_elsewhere ? ExitCode::kUnreachable : ExitCode::kRefused,
                       fmt::format("{} does not reply (CORBA {})", peer.name, error._name()));
     } catch (const CORBA::Exception& error) {
@@ -183,7 +193,26 @@ void CellClient::pause() {
 }
 
 void CellClient::stop() {
-  call(coordinator_peer(), [&] { coordinator_->Stop(); });
+  const Peer peer = coordinator_peer();
+  if (is_ours_) return call(peer, [&] { coordinator_->Stop(); });
+  const bool may_come_back = peer.is_elsewhere || cell::holder_of(cell_.state_directory);
+  const std::chrono::seconds retry_for = may_come_back ? kStopRetryFor : std::chrono::seconds(0);
+  bool is_told = !may_come_back;
+  call(
+      peer,
+      [&] {
+        try {
+          coordinator_->Stop();
+        } catch (const CORBA::SystemException& error) {
+          if (!std::exchange(is_told, true))
+            client::notice(stderr,
+                           fmt::format("corbot: the coordinator has NOT confirmed the stop (CORBA {}): "
+                                       "trying again for {} s\n",
+                                       error._name(), retry_for.count()));
+          throw;
+        }
+      },
+      retry_for);
 }
 
 void CellClient::resolve(Corbot::PieceNumber piece, const std::string& place, int slot,

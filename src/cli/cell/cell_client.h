@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -30,8 +31,8 @@ class CellClient {
   void give_up() { gave_up_ = true; }
   /// Throws with kUnreachable if a robot or camera that runs elsewhere does not reply.
   void check_foreign();
-  /// Expects a cell that another command started. From now on a missing reply is kUnreachable, and no call is
-  /// repeated. Throws with kUnreachable if another cell has these ports.
+  /// Expects a cell that another command started. From now on a missing reply is kUnreachable, and no call
+  /// but that of stop() is repeated. Throws with kUnreachable if another cell has these ports.
   void expect_running();
   void start_work();
   [[nodiscard]] Corbot::CoordinatorState_var state();
@@ -40,6 +41,7 @@ class CellClient {
   [[nodiscard]] Corbot::PieceEvents_var unclear();
   void start();  ///< also ends a Pause
   void pause();
+  /// Repeats the Stop for 20 s if its coordinator may come back, which would move the robots again. Says so.
   void stop();
   /// Records that the place is empty and the piece was removed.
   void resolve(Corbot::PieceNumber piece, const std::string& place, int slot, const std::string& who);
@@ -77,6 +79,8 @@ class CellClient {
   }
   template <class F>
   auto call(const Peer& peer, F&& f) -> decltype(f());
+  template <class F>
+  auto call(const Peer& peer, F&& f, std::chrono::seconds retry_for) -> decltype(f());
   /// Calls `f` with each event of the ledger after that number.
   template <class F>
   void for_each_event(CORBA::ULongLong after, F&& f);
