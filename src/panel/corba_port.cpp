@@ -222,6 +222,10 @@ json CorbaPort::call(const Order& order) {
     set_control(acquired.in());
     return reply;
   }
+  if (forget_ended_control(way)) {
+    throw client::Failure(client::ExitCode::kRefused,
+                          "the panel's control has ended: take control again, or try again without");
+  }
   client::Client robot(way.address, orb_.in(), with_control(way.arm.in(), kCallConnections).in());
   if (request.verb == client::Verb::kRelease) set_control(Corbot::Arm::_nil());
   try {

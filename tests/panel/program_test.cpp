@@ -260,6 +260,35 @@ TEST_F(PanelProgram, MovesARobotThatHasStartedAgain) {
   EXPECT_EQ(moved.result(), http::status::ok) << moved.body();
 }
 
+TEST_F(PanelProgram, MovesARobotAtAnotherPortWhenItsControlHasEnded) {
+  fs::permissions(directory_, fs::perms::owner_all);
+  reference_ = name_ + "-up";
+  const auto up = [&] {
+    return Process({CORBOT_BIN_DIR "/corbot", "up", CORBOT_TEST_PROFILE, "--name", reference_, "--endpoint",
+                    "127.0.0.1:" + std::to_string(test::free_port())},
+                   environment());
+  };
+  Process robot = up();
+  ASSERT_TRUE(robot.wait_line(reference_ + " is up", within(30))) << robot.errors();
+  start_panel();
+  const auto call = [&](const char* action) {
+    return ask(drive_, http::verb::post, "/api/call", json{{"robot", reference_}, {"do", action}}.dump());
+  };
+  ASSERT_EQ(call("acquire").result(), http::status::ok);
+  EXPECT_EQ(robot.terminate(), 0) << robot.errors();
+  Process again = up();
+  ASSERT_TRUE(again.wait_line(reference_ + " is up", within(30))) << again.errors();
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  json state = page.read();
+  while (state.is_object() && (!state.value("connected", false) || state["connection"] == 1))
+    state = page.read();
+  const Response ended = call("ready");
+  EXPECT_EQ(ended.result(), http::status::conflict);
+  EXPECT_THAT(ended.body(), HasSubstr("the panel's control has ended"));
+  EXPECT_EQ(call("ready").result(), http::status::ok);
+  EXPECT_EQ(again.terminate(), 0) << again.errors();
+}
+
 TEST_F(PanelProgram, SendsNoMotionToARobotThatDoesNotAnswer) {
   start_panel();
   const std::string ready = json{{"robot", reference_}, {"do", "ready"}}.dump();
