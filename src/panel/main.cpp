@@ -2,6 +2,7 @@
 // corbot-panel serves a web page on which people watch, stop and move robots and cells. It is an
 // ordinary client of them.
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -34,6 +36,13 @@ namespace {
 namespace fs = std::filesystem;
 using client::ExitCode;
 using client::Failure;
+
+/// Descriptors for the ORB, signals, files and one connection that the server is just accepting.
+constexpr rlim_t kOwnDescriptors = 16;
+/// Connections to one robot or cell, those of before its restart, and the segments for a Stop.
+constexpr rlim_t kForEach = 12;
+/// 'corbot up' kills a program that does not end within five seconds.
+constexpr unsigned kEndsWithin_s = 4;
 
 struct Options {
   std::vector<std::string> robots;
@@ -168,6 +177,31 @@ void announce(const ServerSettings& server, int port, const Tokens& tokens) {
                              host, port, tokens.watch, tokens.drive));
 }
 
+/// Throws if the connections of browsers could use up the descriptors that calls to robots and cells need.
+void reserve_descriptors(const ServerSettings& server, std::size_t watched) {
+  const rlim_t needed = kOwnDescriptors + server.most_requests + server.most_sockets + kForEach * watched;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= needed) return;
+  if (limit.rlim_max < needed)
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("at most {} files may be open, and the panel needs {}: raise 'ulimit -n'",
+                              limit.rlim_max, needed));
+  limit.rlim_cur = needed;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+/// Ends the process soon, also if a robot or cell does not reply.
+void end_soon() {
+  std::signal(SIGALRM, [](int) {
+    constexpr std::string_view kText =
+        "corbot-panel: a robot or cell does not reply: if the panel ran a program on it, its Stop is not "
+        "confirmed\n";
+    (void)!::write(STDERR_FILENO, kText.data(), kText.size());
+    ::_exit(static_cast<int>(ExitCode::kUnreachable));
+  });
+  ::alarm(kEndsWithin_s);
+}
+
 fs::path token_path(const Options& options, int port) {
   if (!options.token_file.empty()) return options.token_file;
   fs::path path = client::state_directory(true) / fmt::format("panel-{}.tokens", port);
@@ -184,6 +218,7 @@ void serve(const Options& options) {
   settings.watch_token = tokens.watch;
   settings.drive_token = tokens.drive;
   if (!is_any(settings.host)) settings.more_hosts.push_back(in_brackets(settings.host));
+  reserve_descriptors(settings, shown.robots.size() + shown.cells.size());
   const CORBA::ORB_var orb = start_panel_orb();
   std::vector<std::unique_ptr<Watch>> watches;
   for (const std::string& name : shown.robots)
@@ -201,6 +236,7 @@ void serve(const Options& options) {
   announce(options.server, server.port(), tokens);
   while (!signal.wait(3600)) {
   }
+  end_soon();
   server.end();
   serving.join();
 }

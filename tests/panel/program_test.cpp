@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 
 #include <chrono>
 #include <filesystem>
@@ -289,6 +290,21 @@ TEST_F(PanelProgram, MovesARobotAtAnotherPortWhenItsControlHasEnded) {
   EXPECT_EQ(again.terminate(), 0) << again.errors();
 }
 
+TEST_F(PanelProgram, EndsSoonThoughARobotDoesNotAnswer) {
+  start_panel();
+  const json body{{"robot", reference_}, {"name", "p"}, {"text", "move 0.15 -0.05 0.10 --time 60"}};
+  ASSERT_EQ(ask(drive_, http::verb::post, "/api/program", body.dump()).result(), http::status::ok);
+  ASSERT_TRUE(wait_until(within(30), [&] { return arm_->State()->motion.id != 0; }));
+  servant_->signal(SIGSTOP);
+  panel_->signal(SIGTERM);
+  const auto end = panel_->wait(within(7));
+  servant_->signal(SIGCONT);
+  ASSERT_TRUE(end);
+  EXPECT_EQ(WEXITSTATUS(*end), 3);
+  EXPECT_THAT(panel_->errors(), HasSubstr("its Stop is not confirmed"));
+  EXPECT_FALSE(fs::exists(token_file()));
+}
+
 TEST_F(PanelProgram, SendsNoMotionToARobotThatDoesNotAnswer) {
   start_panel();
   const std::string ready = json{{"robot", reference_}, {"do", "ready"}}.dump();
@@ -444,6 +460,11 @@ TEST_F(PanelProgram, SaysWhatIsMissing) {
   const std::string cell = CORBOT_SOURCE_DIR "/profiles/cell/cell.toml";
   EXPECT_THAT(fault({"--pages", page, "--cell", cell, "--cell", cell}),
               HasSubstr("--cell demo: is named twice"));
+  const std::string limited = "ulimit -n 40; exec \"$@\"";
+  const test::RunResult few = test::run(
+      {"/bin/sh", "-c", limited, "sh", CORBOT_BIN_DIR "/corbot-panel", "--pages", page, reference_}, 30);
+  EXPECT_EQ(few.code, 2);
+  EXPECT_THAT(few.errors, HasSubstr("40 files may be open, and the panel needs 92: raise 'ulimit -n'"));
   fs::permissions(directory_, fs::perms::owner_all);
   EXPECT_THAT(fault({"--pages", page, "--port", "0"}), HasSubstr("no robot is up on this machine"));
 }
