@@ -24,10 +24,10 @@ using sim::Capsule;
 using sim::DrawnPiece;
 
 constexpr double kWorst_m = 0.0015;
-// In 4000 pictures the worst errors of squares were 1.6 mm, 3.3 degrees, and 5.6 degrees beside an arm.
+// In 4000 pictures the worst errors of squares were 1.4 mm, 4.2 degrees, and 8.5 degrees beside an arm.
 constexpr double kWorstSquare_m = 0.002;
-constexpr double kWorstYaw_rad = to_radians(4);
-constexpr double kWorstHiddenYaw_rad = to_radians(10);
+constexpr double kWorstYaw_rad = to_radians(6);
+constexpr double kWorstHiddenYaw_rad = to_radians(15);
 constexpr double kClear_m = 0.003;  // an arm so far from the line of sight to a label hides nothing of it
 
 std::uint64_t test_seed() {
@@ -37,7 +37,7 @@ std::uint64_t test_seed() {
   return seed;
 }
 
-/// The shipped cell with a second kind, whose hues do not run through 0.
+/// The shipped cell with a second kind, whose hues do not run through 0. Squares are as in docs/cell.md.
 CellConfig two_kinds(bool are_square = false) {
   CellConfig cell = cell::load_cell(std::string(CORBOT_PROFILES) + "/cell/cell.toml");
   cell::Kind blue = cell.kinds.front();
@@ -45,7 +45,12 @@ CellConfig two_kinds(bool are_square = false) {
   blue.hue_deg = {200, 250};
   blue.height_m = 0.035;
   cell.kinds.push_back(blue);
-  for (cell::Kind& kind : cell.kinds) kind.is_square = are_square;
+  if (!are_square) return cell;
+  for (cell::Kind& kind : cell.kinds) {
+    kind.is_square = true;
+    kind.width_m = 0.018;
+    kind.label_m = 0.014;
+  }
   return cell;
 }
 
@@ -260,6 +265,26 @@ TEST(Detector, FindsThemThroughALensWithTiltDistortionAndYaw) {
 }
 
 TEST(Detector, MeasuresTheYawOfSquares) { check_pictures(two_kinds(true), 100); }
+
+/// A square in line with the pixels has whole rows of pixels on its edge.
+TEST(Detector, FindsSquaresInLineWithThePixels) {
+  const CellConfig cell = two_kinds(true);
+  const cell::Kind& kind = cell.kinds.front();
+  const cell::Detector detector(cell);
+  sim::Picture picture({.project = [&](const Vector3d& point) { return cell.camera.project(point); }});
+  for (int i = 0; i < 100; ++i) {
+    const DrawnPiece piece{
+        .foot_m = cell.places.front().frame.position_m + Vector3d(i % 10, i / 10, 0) * 1e-4,
+        .width_m = kind.width_m,
+        .height_m = kind.height_m,
+        .label_m = kind.label_m,
+        .label_bgr = bgr(0, 1, 1),
+        .is_square = true};
+    const std::vector<Detection> found = detector.detect(picture.draw(std::array{piece}, {}));
+    ASSERT_EQ(found.size(), 1U) << piece.foot_m.transpose();
+    EXPECT_GT(found.front().confidence, 0.86) << piece.foot_m.transpose();
+  }
+}
 
 TEST(Picture, HasNoiseOfTheOrderedStrength) {
   const cell::CameraModel lens;

