@@ -24,6 +24,7 @@ using Eigen::Vector3d;
 constexpr std::size_t kMost = 16;  // places, and robots: bounds of the IDL's sequences
 constexpr int kMostSlots = 1000;
 constexpr double kLeastPitch_m = 0.04;
+constexpr const char* kWidest = "the widest piece's diameter, or a square's diagonal";
 constexpr double kLeastApproachClearance_m = 0.01;
 constexpr double kRounding_m = 1e-9;
 constexpr double kLeastWaitDistance_m = 0.05;
@@ -177,13 +178,17 @@ class Reader {
     if (count > kMost) faults_.add(0, key, std::to_string(count), fmt::format("at most {}", kMost));
   }
 
-  static SlotGrid read_slots(Section& section) {
+  SlotGrid read_slots(Section& section) const {
     SlotGrid grid;
     grid.columns = static_cast<int>(section.integer("columns", {1, kMostSlots, false, ""}).value_or(1));
     grid.rows = static_cast<int>(section.integer("rows", {1, kMostSlots, false, ""}).value_or(1));
     grid.pitch_m = vector2(section, "pitch_m", {kLeastPitch_m, 1, false, "m"});
     if (grid.columns * grid.rows > kMostSlots)
       section.refuse("rows", fmt::format("at most {} slots", kMostSlots));
+    const bool is_narrow =
+        (grid.columns > 1 && grid.pitch_m.x() < widest_m_) || (grid.rows > 1 && grid.pitch_m.y() < widest_m_);
+    if (is_narrow && grid.pitch_m.minCoeff() >= kLeastPitch_m)
+      section.refuse("pitch_m", fmt::format("must be at least {:.6g} m, {}", widest_m_, kWidest));
     return grid;
   }
 
@@ -296,10 +301,7 @@ class Reader {
     robot.settle_s = section.number_or("settle_s", robot.settle_s, {0, 10, false, "s"}).value_or(0);
     robot.opening_m = section.number_or("opening_m", robot.opening_m, {0.001, 1, false, "m"}).value_or(0);
     if (robot.opening_m > 0 && robot.opening_m <= widest_m_)
-      section.refuse(
-          "opening_m",
-          fmt::format("must be above {:.6g} m, the widest piece's diameter, or a square's diagonal",
-                      widest_m_));
+      section.refuse("opening_m", fmt::format("must be above {:.6g} m, {}", widest_m_, kWidest));
     robot.transit = section.text_or("transit", robot.transit).value_or("");
     if (robot.transit != "free" && robot.transit != "arc")
       section.refuse("transit", "must be \"free\" or \"arc\"");

@@ -236,6 +236,21 @@ TEST(CellConfigTest, ASquareKindHasASideAndItsDiagonalMustFitBetweenTheFingers) 
   }
 }
 
+TEST(CellConfigTest, PiecesInNeighbouringSlotsDoNotOverlapAtAnyYaw) {
+  CellFiles files;
+  files.edit("cell.toml", "pieces = 12", "pieces = 1");
+  for (const char* from : {"from = \"pallet1\"", "from = \"store1\""})
+    files.edit("cell.toml", from, std::string("opening_m = 0.1, ") + from);
+  files.edit("cell.toml", "diameter_m = 0.020", "side_m = 0.029");  // the diagonal is 41 mm
+  EXPECT_TRUE(files.faults().empty());
+  files.edit("cell.toml", "side_m = 0.029", "side_m = 0.030");
+  const auto faults = files.faults();
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].key, "place[2].pitch_m");
+  EXPECT_THAT(faults[0].allowed,
+              HasSubstr("at least 0.0424264 m, the widest piece's diameter, or a square's diagonal"));
+}
+
 TEST(CellConfigTest, ARowTakesItsKindAndAKindWithoutARowIsRefused) {
   CellFiles files;
   const std::uint32_t line =
