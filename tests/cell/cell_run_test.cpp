@@ -18,6 +18,7 @@
 #include <random>
 #include <regex>
 #include <sstream>
+#include <tuple>
 #include <vector>
 
 #include "cell/running_cells.h"
@@ -129,6 +130,11 @@ class CellRun : public testing::Test {
          "  { name = \"blue\", hue_deg = [220, 250], label_m = 0.014, diameter_m = 0.018, height_m = 0.040, "
          "grasp_m = 0.028 } ]\n\nstore = ");
     edit("pitch_m = [0.045, 0.042]", "pitch_m = [0.045, 0.042], row_kinds = [\"red\", \"blue\", \"blue\"]");
+  }
+  /// Makes the red pieces square.
+  void put_squares() {
+    edit("label_m = 0.016, diameter_m = 0.020", "label_m = 0.014, side_m = 0.018");
+    edit("pieces = 12", "pieces = 8");  // more do not fit
   }
   /// Starts the robot of examples/java in the place of robot 2. Returns "", or why it is not built.
   [[nodiscard]] std::string put_java_robot() {
@@ -272,7 +278,7 @@ TEST_F(CellRun, OfTwoKindsEachComesToItsRows) {
 
 TEST_F(CellRun, BringsSquarePiecesOfAnyYaw) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
-  edit("label_m = 0.016, diameter_m = 0.020", "label_m = 0.014, side_m = 0.018");
+  put_squares();
   expect_all_brought(
       cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures()}), 4);
   EXPECT_THAT(text_of("scene.record"), HasSubstr("\"yaw\":"));
@@ -287,20 +293,28 @@ TEST_F(CellRun, ARobotThatKnowsRobotIdlAloneTakesThePlaceOfRobot2) {
   expect_all_brought(cell_run({"--pieces", "4"}), 4);
 }
 
-/// More pieces than the store has slots, with each of these as robot 2.
-class SixPieces : public CellRun, public testing::WithParamInterface<const char*> {};
+/// More pieces than the store has slots, with each of these as robot 2, and with each of these pieces.
+class SixPieces : public CellRun, public testing::WithParamInterface<std::tuple<const char*, const char*>> {};
 
 TEST_P(SixPieces, AreBrought) {
-  const std::string robot2 = GetParam();
-  if (on_orbit2() && robot2 != "Lynx5") GTEST_SKIP() << "the servants' ORB makes no difference";
+  const std::string robot2 = std::get<0>(GetParam());
+  const std::string pieces = std::get<1>(GetParam());
+  if (on_orbit2() && (robot2 != "Lynx5" || pieces != "Round"))
+    GTEST_SKIP() << "the servants' ORB makes no difference";
   if (robot2 == "Scara") put_scara();
   if (robot2 == "Java") {
     if (const std::string why = put_java_robot(); !why.empty()) GTEST_SKIP() << why;
   }
-  expect_all_brought(cell_run({"--pieces", "6"}), 6);
+  if (pieces != "Round") put_squares();
+  if (pieces == "SquareAndRound") mix_kinds();
+  expect_all_brought(cell_run({"--pieces", "6", "--seed", fmt::format("{}", drawn_seed())}), 6);
 }
-INSTANTIATE_TEST_SUITE_P(Robot2, SixPieces, testing::Values("Lynx5", "Scara", "Java"),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(Robot2, SixPieces,
+                         testing::Combine(testing::Values("Lynx5", "Scara", "Java"),
+                                          testing::Values("Round", "Square", "SquareAndRound")),
+                         [](const auto& test) {
+                           return fmt::format("{}{}", std::get<0>(test.param), std::get<1>(test.param));
+                         });
 
 TEST_F(CellRun, WithoutZonesTheArmsTouchAndTheEndNamesIt) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
@@ -950,6 +964,18 @@ TEST_F(CellDriven, WithoutAStoreTheCameraKeepsTheLedgerItself) {
   EXPECT_THAT(store.errors, HasSubstr("in use"));
   expect_end_at_rest(camera);
   expect_stored(2);
+}
+
+TEST_F(CellDriven, TheCameraBringsSixSquares) {
+  if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
+  put_squares();
+  edit("columns = 1, rows = 4", "columns = 2, rows = 3");
+  begin(6);
+  Process camera = this->camera({"--no-store"});
+  for (int i = 0; i < 6; ++i)
+    ASSERT_TRUE(wait_event(camera, " placed at store1 ")) << camera.output() << camera.errors();
+  expect_end_at_rest(camera);
+  expect_stored(6);
 }
 
 TEST_F(CellDriven, WithoutAStoreAPieceOfTheProcessBeforeNeedsAPerson) {
