@@ -176,7 +176,7 @@ json CellPort::connect() {
   for (const cell::CellRobot& robot : cell_.robots) robots.push_back(data_of(cell_, robot));
   json kinds = json::array();
   for (const cell::Kind& kind : cell_.kinds)
-    kinds.push_back({{"name", kind.name}, {"hue_deg", kind.hue_deg}, {"diameter_m", kind.width_m}});
+    kinds.push_back({{"name", kind.name}, {"hue_deg", kind.hue_deg}});
   return {{"places", std::move(places)}, {"robots", std::move(robots)}, {"kinds", std::move(kinds)}};
 }
 
