@@ -250,6 +250,12 @@ void check_pictures(const CellConfig& cell, int pictures) {
 
 TEST(Detector, FindsEveryVisiblePieceAndNothingElse) { check_pictures(two_kinds(), 100); }
 
+TEST(Detector, FindsLabelsOf8Millimetres) {
+  CellConfig cell = two_kinds();
+  for (cell::Kind& kind : cell.kinds) kind.label_m = 0.008;
+  check_pictures(cell, 100);
+}
+
 TEST(Detector, FindsThemThroughALensWithTiltDistortionAndYaw) {
   CellConfig cell = two_kinds();
   cell.places.push_back(cell.places.front());  // what lies over both counts once
