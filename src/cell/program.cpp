@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "client/failure.h"
+#include "client/help_formatter.h"
 #include "client/number_within.h"
 #include "config/similar.h"
 #include "notify/service_notifier.h"
@@ -113,6 +114,7 @@ int run_program(int argc, char** argv, const Program& program) {
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a file size limit then is an error of write, as a full disk is
   CLI::App app{program.about, program.name};
+  app.formatter(std::make_shared<client::HelpFormatter>());
   CellOptions options;
   options.add_to(app);
   if (program.add_options) program.add_options(app);

@@ -32,6 +32,7 @@
 #include "cli/supervise/up.h"
 #include "client/client.h"
 #include "client/explain.h"
+#include "client/help_formatter.h"
 #include "client/number.h"
 #include "client/number_within.h"
 #include "config/similar.h"
@@ -87,7 +88,7 @@ void add_client_options(CLI::App& command, Settings& settings) {
 }
 
 /// Shows the grammar of a verb; CLI11 would show "[values(0x)]".
-class VerbFormatter : public CLI::Formatter {
+class VerbFormatter : public HelpFormatter {
  public:
   explicit VerbFormatter(const VerbSpec& spec) : spec_(spec) {}
   std::string make_usage(const CLI::App*, std::string) const override {
@@ -128,6 +129,9 @@ std::string explain_usage(const CLI::App* app, const CLI::Error& error) {
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr) {
     const std::vector<std::string> words = app->remaining(true);
     what = fmt::format("unexpected: {}{}", fmt::join(words, " "), similar_option(*deepest, words));
+  } else if (!deepest->get_subcommands({}).empty()) {
+    what = fmt::format("a command is missing: type one, such as '{} status{}'", command,
+                       deepest == app ? "" : " CELL");
   }
   return fmt::format("{}: {} (see '{} --help')\n", command, printable(what), command);
 }
@@ -341,8 +345,9 @@ void add_views(CLI::App& app, Settings& s) {
   watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs (0.2)")
       ->check(number_within(0.02, 3600.0))
       ->type_name("SECONDS");
-  watch_command->add_option("--count", s.count, "End after so many outputs")
-      ->check(whole_number_within(1, 1'000'000'000));
+  watch_command->add_option("--count", s.count, "End after so many outputs; 0: go on until Ctrl-C")
+      ->check(whole_number_within(0, 1'000'000))
+      ->type_name("NUMBER");
   add_client_options(*watch_command, s);
   watch_command->callback([&s] { run_watch(s.client, s.interval_s, s.count); });
 }
@@ -433,6 +438,7 @@ void check_command(const CLI::App& app, std::span<const std::string> words, cons
 
 int run(int argc, char** argv) {
   CLI::App app("corbot: a robot arm behind a CORBA interface, with a real-time body", "corbot");
+  app.formatter(std::make_shared<HelpFormatter>());
   app.footer(
       "Exit codes: 0 done, 1 the robot refused or failed it, 2 wrong usage, 3 no such robot or no reply,\n"
       "4 stopped before its end, 5 an error of the machine.\n"
@@ -457,6 +463,7 @@ int run(int argc, char** argv) {
   app.add_subcommand("version", "Print the version")->callback([] {
     fmt::print("corbot " CORBOT_VERSION "\n");
   });
+  app.add_subcommand("help", "List the commands, or describe one, as in 'corbot help move'");
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
   const auto help = arguments.begin() + (!arguments.empty() && arguments[0] == "cell" ? 1 : 0);
   if (help != arguments.end() && *help == "help") {  // the suggestion would be 'hold'

@@ -21,6 +21,7 @@
 #include "client/client.h"
 #include "client/explain.h"
 #include "client/failure.h"
+#include "client/help_formatter.h"
 #include "client/local_robots.h"
 #include "client/notice.h"
 #include "client/number_within.h"
@@ -252,6 +253,7 @@ std::string host_fault(const std::string& name) {
 
 int run(int argc, char** argv) {
   CLI::App app("Serves a web page on which people watch, stop and move robots", "corbot-panel");
+  app.formatter(std::make_shared<client::HelpFormatter>());
   Options options;
   options.server.port = 8080;
   app.add_option(
@@ -264,12 +266,11 @@ int run(int argc, char** argv) {
          "Cell to show: its name or state directory if it runs here, or its TOML file; can be repeated")
       ->type_name("CELL")
       ->allow_extra_args(false);  // a ROBOT may follow
-  app.add_option("--port", options.server.port, "Port to listen on; 0: any free one")
+  app.add_option("--port", options.server.port, "Port to listen on (8080); 0: any free one")
       ->check(client::whole_number_within(0, 65535))
-      ->capture_default_str();
-  app.add_option("--host", options.server.host, "Address to listen on, in figures; 0.0.0.0: all")
-      ->type_name("ADDRESS")
-      ->capture_default_str();
+      ->type_name("PORT");
+  app.add_option("--host", options.server.host, "Address to listen on, in figures (127.0.0.1); 0.0.0.0: all")
+      ->type_name("ADDRESS");
   app.add_option("--allow-host", options.server.more_hosts,
                  "Name of this machine that browsers elsewhere use; can be repeated")
       ->type_name("NAME")

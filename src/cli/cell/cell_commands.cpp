@@ -182,7 +182,8 @@ void add_cell(CLI::App& app) {
       ->check(client::number_within(0.1, 3600.0))
       ->type_name("SECONDS");
   watching->add_option("--count", words->count, "End after so many outputs; 0: go on until Ctrl-C")
-      ->check(client::whole_number_within(0, 1000000));
+      ->check(client::whole_number_within(0, 1'000'000))
+      ->type_name("NUMBER");
   add_client(*cell, "start", "Begin the work, or go on after a pause, a stop or a fault that needed a person",
              [](CellClient& client, const Words&) { client.start(); });
   add_client(*cell, "pause", "Let each robot end its motion under way, and begin no other",

@@ -25,10 +25,10 @@ def subcommands(text):
 
 
 def in_help(text, cell):
-    """Returns all commands of the help `text`, with those of `corbot cell` by its help. `help` is last."""
+    """Returns all commands of the help `text`, with those of `corbot cell` by its help."""
     names = [["cell " + name for name in subcommands(cell)] if name == "cell" else [name]
              for name in subcommands(text)]
-    return [name for part in names for name in part] + ["help"]
+    return [name for part in names for name in part]
 
 
 def names_in_tag(tag):
@@ -100,7 +100,7 @@ class Commands(unittest.TestCase):
 
     def test_the_completion_offers_the_commands_in_the_order_of_the_help(self):
         robot, cell = completed()
-        self.assertEqual(robot, subcommands(self.help) + ["help"])
+        self.assertEqual(robot, subcommands(self.help))
         self.assertEqual(cell, subcommands(self.cell))
 
     def test_each_option_of_a_command_is_in_its_entry_of_the_manual_page(self):
@@ -133,10 +133,18 @@ class Commands(unittest.TestCase):
             self.assertEqual(usages[name], usage[1].replace(" [--dry-run [--profile P --plot FILE]]", ""))
         self.assertGreater(counted, 20)
 
-    def test_each_range_is_written_as_words(self):
-        for name in self.names:
-            if name not in ("help", "panel"):
-                self.assertNotIn(" in [", helped(*name.split()), name)
+    def test_no_help_has_a_notation_of_the_parser(self):
+        notation = re.compile(r" in \[|\(\d+x\)| x \d|REQUIRED|Needs:|Excludes:| (?:INT|FLOAT|TEXT)\b"
+                              r"|[A-Z]:\d|\{")
+        self.assertRegex("--count INT:1 to 9", notation)
+        for name in ["", *self.names]:
+            if name != "panel":  # another program, which may not be built
+                self.assertNotRegex(helped(*name.split()), notation, name)
+
+    def test_both_watch_commands_count_alike(self):
+        count = [re.search(r"--count .*\n.*", helped(*name.split()))[0] for name in ("watch", "cell watch")]
+        self.assertEqual(count[0], count[1])
+        self.assertIn("0: go on until Ctrl-C", count[0])
 
     def test_finds_a_planted_difference(self):
         swapped = self.manual.replace(".B ready\n", ".B clear\n", 1)
