@@ -253,17 +253,16 @@ export class Newest {
   }
 }
 
-/// The angles A, B and C of `idl/robot.idl` in degrees, of a unit quaternion: Z-Y-X, B positive upward. At a
-/// B of 90 degrees A and C turn about the same axis: C is 0 there.
+/// The angles A, B and C of `idl/robot.idl` in degrees, of a unit quaternion: Z-Y-X, B positive upward and
+/// within 90 degrees. At a B of 90 degrees A and C turn about the same axis: C is 0 there.
 export function toolAngles_deg(wxyz: number[]): [number, number, number] {
   const [w = NaN, x = NaN, y = NaN, z = NaN] = wxyz;
   const degrees = 180 / Math.PI;
-  const sine = 2 * (z * x - w * y); // of B
-  const sign = Math.sign(sine);
-  if (Math.abs(sine) > 0.999999) return [2 * degrees * sign * Math.atan2(x, w), 90 * sign, 0];
-  return [
-    degrees * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
-    degrees * Math.asin(sine),
-    degrees * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-  ];
+  const up = 2 * (z * x - w * y); // the x axis of the tool in z of the base, ...
+  const [level0, level1] = [1 - 2 * (y * y + z * z), 2 * (w * z + x * y)]; // ... in x and y of the base
+  const level = Math.hypot(level0, level1);
+  const b = degrees * Math.atan2(up, level);
+  if (level < 1e-9) return [2 * degrees * Math.sign(up) * Math.atan2(x, w), b, 0];
+  return [degrees * Math.atan2(level1, level0), b,
+          degrees * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))];
 }

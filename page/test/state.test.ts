@@ -107,6 +107,24 @@ test("The angles A, B and C come from the quaternion, B upward", () => {
   near([half * half, half * half, half * half, -half * half], [-90, -90, 0]);
 });
 
+test("The angles near a B of 90 degrees are exact, too", () => {
+  // Rz(A) Ry(-B) Rx(C)
+  const quaternion = (angles_deg: number[]): number[] => {
+    const halves = angles_deg.map((angle) => angle * Math.PI / 360);
+    const [ca = NaN, cb = NaN, cc = NaN] = halves.map(Math.cos);
+    const [sa = NaN, sb = NaN, sc = NaN] = halves.map(Math.sin);
+    return [ca * cb * cc - sa * sb * sc, ca * cb * sc + sa * sb * cc,
+            sa * cb * sc - ca * sb * cc, sa * cb * cc + ca * sb * sc];
+  };
+  for (const b of [-90, -89.999, -89.95, -40, 0, 70, 89.95, 89.9999, 90])
+    for (const a of [-170, -30, 0, 45, 170])
+      for (const c of [-160, -50, 0, 20, 110]) {
+        if (Math.abs(b) === 90 && c !== 0) continue; // A has the whole turn there
+        toolAngles_deg(quaternion([a, b, c])).forEach((angle, i) =>
+          assert.ok(Math.abs(angle - ([a, b, c][i] ?? NaN)) < 1e-5, `${[a, b, c]} at ${i}: ${angle}`));
+      }
+});
+
 test("The fragment names token and robot", () => {
   assert.equal(fragmentValue("#token=ab-_&robot=arm%201", "token"), "ab-_");
   assert.equal(fragmentValue("#token=ab-_&robot=arm%201", "robot"), "arm 1");
