@@ -52,7 +52,7 @@ class Reader {
       const toml::table table = toml::parse(read_profile_text(file_), faults_.file);
       if (table.contains("joint") && !table.contains("cell"))
         throw ConfigError(
-            {{faults_.file, 0, "", "", "is a robot's profile, not a cell file: it has no [cell]"}});
+            {{faults_.file, 0, "", "", "is a robot's profile, not a cell file: it has no [cell]", ""}});
       Section root(&table, "", faults_);
       read_cell(root.table("cell"));
       read_kinds(root.tables("kind"));
@@ -75,10 +75,24 @@ class Reader {
     if (faults_.faults.empty()) return std::move(cell_);
     std::stable_sort(faults_.faults.begin(), faults_.faults.end(),
                      [](const ConfigFault& a, const ConfigFault& b) { return a.line < b.line; });
+    add_names("place", cell_.places);
+    add_names("robot", cell_.robots);
+    add_names("kind", cell_.kinds);
     throw ConfigError(std::move(faults_.faults));
   }
 
  private:
+  /// Adds to each fault of a table "key[N]" the table's name, unless the fault shows the name as its value.
+  template <class Items>
+  void add_names(const char* key, const Items& items) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      for (ConfigFault& fault : faults_.faults) {
+        if (!is_name(items[i].name) || !fault.key.starts_with(fmt::format("{}[{}].", key, i))) continue;
+        if (fault.value != fmt::format("\"{}\"", items[i].name)) fault.name = items[i].name;
+      }
+    }
+  }
+
   void read_cell(Section section) {
     cell_.name = section.text("name").value_or("");
     if (overrides_.name) {

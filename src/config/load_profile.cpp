@@ -18,7 +18,7 @@ namespace corbot {
 namespace {
 
 [[noreturn]] void refuse_file(const std::string& file, std::string why) {
-  throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why)}}};
+  throw ConfigError{{ConfigFault{file, 0, "", "", std::move(why), ""}}};
 }
 
 namespace fs = std::filesystem;

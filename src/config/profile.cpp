@@ -27,8 +27,9 @@ std::string name_rule() { return fmt::format("1 to {} ASCII letters, digits, '_'
 
 std::string ConfigFault::text() const {
   std::string where = line == 0 ? file : fmt::format("{}:{}", file, line);
-  if (!key.empty() && !value.empty()) return fmt::format("{}: {} = {}: {}", where, key, value, allowed);
-  if (!key.empty()) return fmt::format("{}: {}: {}", where, key, allowed);
+  const std::string named = name.empty() ? key : fmt::format("{} ({})", key, name);
+  if (!key.empty() && !value.empty()) return fmt::format("{}: {} = {}: {}", where, named, value, allowed);
+  if (!key.empty()) return fmt::format("{}: {}: {}", where, named, allowed);
   return fmt::format("{}: {}", where, allowed);
 }
 

@@ -215,6 +215,7 @@ struct ConfigFault {
   std::string key;       ///< with its table: "joint[2].range_deg"; empty for the whole file
   std::string value;     ///< as read; empty if there is none
   std::string allowed;   ///< the fault and the allowed values
+  std::string name;      ///< of the table with the key, such as "pallet1"; empty if the key is enough
   [[nodiscard]] std::string text() const;
 };
 

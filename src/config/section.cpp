@@ -67,7 +67,7 @@ std::string metres_hint(const std::optional<double>& value, const Bounds& allowe
 }  // namespace
 
 void FaultList::add(std::uint32_t line, std::string key, std::string value, std::string allowed) {
-  faults.push_back({file, line, std::move(key), std::move(value), std::move(allowed)});
+  faults.push_back({file, line, std::move(key), std::move(value), std::move(allowed), ""});
 }
 
 Section::Section(const toml::table* table, std::string name, FaultList& faults)

@@ -164,7 +164,8 @@ Detector::Detector(const CellConfig& cell) : camera_(cell.camera), kinds_(cell.k
              .line = 0,
              .key = "camera.calibration",
              .value = place.name,
-             .allowed = "the picture must show the whole place; it does not with this calibration"});
+             .allowed = "the picture must show the whole place; it does not with this calibration",
+             .name = ""});
       // The margin is so wide that the window holds every label that counts.
       window |= seen(camera_, place, kind.height_m, kBeyondEdge_m + kind.label_m);
     }

@@ -217,6 +217,17 @@ const Case kCases[] = {
 INSTANTIATE_TEST_SUITE_P(All, CellRefused, testing::ValuesIn(kCases),
                          [](const auto& each) { return each.param.name; });
 
+TEST(CellConfigTest, AFaultHasTheNameOfItsTable) {
+  CellFiles files;
+  files.edit("cell.toml", "size_m = [0.165, 0.110]", "size_m = [0.165, 11]");
+  EXPECT_THAT(files.faults()[0].text(), HasSubstr(": place[0].size_m[1] (pallet1) = 11: must be"));
+  files.edit("cell.toml", "size_m = [0.165, 11]", "size_m = [0.165, 0.110]");
+  files.edit("cell.toml", "name = \"store1\"", "name = \"held\"");
+  EXPECT_THAT(files.faults()[0].text(), HasSubstr(": place[1].name = \"held\": has another meaning"));
+  files.edit("cell.toml", "name = \"held\"", "name = \"store 1\"");
+  EXPECT_EQ(files.faults()[0].name, "") << "the name is no name";
+}
+
 TEST(CellConfigTest, ASquareKindHasASideAndItsDiagonalMustFitBetweenTheFingers) {
   CellFiles files;
   files.edit("cell.toml", "diameter_m = 0.020", "side_m = 0.018");
