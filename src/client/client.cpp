@@ -143,6 +143,16 @@ std::string with_giop_version(const std::string& reference) {
   return reference;
 }
 
+/// Renews or releases control.
+template <class Arm>
+void use_control(Arm& arm, Verb verb) {
+  try {
+    verb == Verb::kRenew ? arm.Renew() : arm.Release();
+  } catch (const Corbot::NotReady& error) {
+    throw explain_control(error);
+  }
+}
+
 }  // namespace
 
 Corbot::Quaternion orientation_of(std::span<const double> numbers) {
@@ -398,9 +408,8 @@ void Client::set(const Request& request) {
       case Verb::kClear:
         return arm.Clear();
       case Verb::kRenew:
-        return arm.Renew();
       case Verb::kRelease:
-        return arm.Release();
+        return use_control(arm, request.verb);
       default:
         throw Failure(ExitCode::kInternal, "not a setting: " + to_string(request));
     }

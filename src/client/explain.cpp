@@ -151,6 +151,10 @@ Failure explain(const Corbot::NotReady& e) {
                       without_full_stop(printable(e.reason.in())))};
 }
 
+Failure explain_control(const Corbot::NotReady& e) {
+  return {ExitCode::kRefused, without_full_stop(printable(e.reason.in()))};
+}
+
 Failure explain(const Corbot::Stopped& e) {
   const std::string reason = without_full_stop(printable(e.reason.in()));
   return {ExitCode::kStopped,

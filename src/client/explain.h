@@ -34,6 +34,8 @@ struct Address {
 [[nodiscard]] Failure explain(const Corbot::LimitExceeded& e,
                               const std::optional<Corbot::JointInfo>& joint = {});
 [[nodiscard]] Failure explain(const Corbot::NotReady& e);
+/// Does the same for Renew and Release, which need control, not a ready robot.
+[[nodiscard]] Failure explain_control(const Corbot::NotReady& e);
 [[nodiscard]] Failure explain(const Corbot::Stopped& e);
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);
 [[nodiscard]] Failure explain(const CORBA::SystemException& e, const Address& address);

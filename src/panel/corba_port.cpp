@@ -227,7 +227,11 @@ json CorbaPort::call(const Order& order) {
                           "the panel's control has ended: take control again, or try again without");
   }
   client::Client robot(way.address, orb_.in(), with_control(way.arm.in(), kCallConnections).in());
-  if (request.verb == client::Verb::kRelease) set_control(Corbot::Arm::_nil());
+  if (request.verb == client::Verb::kRelease) {
+    if (CORBA::is_nil(control().in()))
+      throw client::Failure(client::ExitCode::kRefused, "this panel has no control to give up");
+    set_control(Corbot::Arm::_nil());
+  }
   try {
     if (const auto ticket = robot.send(request)) reply["ticket"] = *ticket;
   } catch (const client::Failure&) {

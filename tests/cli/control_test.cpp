@@ -180,6 +180,14 @@ TEST_F(ControlCommands, RefusesWhatIsNoLease) {
   }
 }
 
+TEST_F(ControlCommands, ReleaseAndRenewNeedControlAndNotAReadyRobot) {
+  for (const char* command : {"release", "renew"}) {
+    const RunResult none = corbot({command});
+    EXPECT_EQ(none.code, 1);
+    EXPECT_THAT(none.errors, StartsWith("corbot: this reference never had control of the arm"));
+  }
+}
+
 TEST_F(ControlCommands, ReleaseByForceNeedsNoReference) {
   const RunResult nobody = corbot({"release", "--force"});
   EXPECT_EQ(nobody.code, 1);

@@ -135,6 +135,8 @@ TEST_F(PanelProgram, MovesARobotForWhoMayDrive) {
 
   EXPECT_EQ(call(drive_, "override", {{"percent", 50}}).body(), R"({"done":true})");
   EXPECT_EQ(arm_->State()->overridePercent, 50);
+  EXPECT_EQ(call(drive_, "release", json::object()).body(),
+            R"({"text":"this panel has no control to give up"})");
   ASSERT_EQ(call(drive_, "acquire", json::object()).result(), http::status::ok);
   EXPECT_STREQ(arm_->Control()->holder, "panel");
   EXPECT_EQ(test::raised_by([&] { arm_->StartReady(); }), "NotReady");
