@@ -41,7 +41,7 @@ bool turns(const Piece& piece, double turn_rad) {
 double turn_between(const Hand& hand, const Piece& piece, double turn_rad) {
   if (!turns(piece, turn_rad)) return turn_rad;
   const double share = std::max(hand.opening_m, piece.width_m) / piece.circle_m();
-  const double most_rad = std::asin(std::min(share, 1.0)) - kCorner_rad;
+  const double most_rad = std::max(0.0, std::asin(std::min(share, 1.0)) - kCorner_rad);
   return std::clamp(turn_rad, -most_rad, most_rad);
 }
 

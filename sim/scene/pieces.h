@@ -43,13 +43,13 @@ struct Piece {
 };
 
 /// The pieces, and the hands' effects on them. A standing piece is between the fingers if the tool centre
-/// point is next to its axis. Across, it must be within the room that opening and diameter leave; along the
-/// hand, within `kAlong_m`. The point must be `kEnd_m` or more from both ends of the piece.
-/// Fingers push a piece between them until the hand moves away from it. They hold the piece once their
-/// opening is below its width across and `kPlay_m`: it follows the tool, upright. A released piece stands if
-/// its foot is within `kDrop_m` of the surface, above or below, and no other piece stands there. Otherwise it
-/// falls, and stays there. A held piece that moves sideways pushes standing pieces out of its way, without
-/// inertia. A pushed piece pushes no other one.
+/// point is next to its axis. Across, it must be within the room that opening and width across leave; along
+/// the hand, within `kAlong_m`. The point must be `kEnd_m` or more from both ends of the piece. Fingers push
+/// a piece between them until the hand moves away from it. They hold the piece once their opening is below
+/// its width across and `kPlay_m`: it follows the tool, upright. A released piece stands if its foot is
+/// within `kDrop_m` of the surface, above or below, and no other piece stands there. Otherwise it falls, and
+/// stays there. A held piece that moves sideways pushes standing pieces out of its way, without inertia. A
+/// pushed piece pushes no other one.
 /// A square between closing fingers touches them at two opposite corners. The fingers turn it into line if
 /// the line through these corners is outside of the friction cone, which is within `kFriction_rad` of the
 /// direction in which they close. Within the cone the square does not turn, and they hold it at the corners.

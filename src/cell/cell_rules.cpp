@@ -12,8 +12,6 @@ using Eigen::Vector2d;
 
 namespace {
 
-/// The distance between the rims of two pieces, for an open finger and its clearance.
-constexpr double kRimSpacing_m = 0.016;
 /// The distance from a piece's rim to the edge of the area.
 constexpr double kEdge_m = 0.002;
 
@@ -120,6 +118,12 @@ std::string unseen_places(const CellConfig& cell) {
   return names;
 }
 
+double widest_m(const std::vector<Kind>& kinds) {
+  double widest = 0;
+  for (const Kind& kind : kinds) widest = std::max(widest, kind.circle_m(kind.width_m));
+  return widest;
+}
+
 int PieceRoom::most() const {
   if (inside_m.minCoeff() < 0) return 0;
   const Vector2d cells =
@@ -134,11 +138,9 @@ std::optional<PieceRoom> piece_room(const CellConfig& cell) {
   };
   const auto robot = std::find_if(cell.robots.begin(), cell.robots.end(), takes_from_area);
   if (robot == cell.robots.end() || cell.kinds.empty()) return std::nullopt;
-  double widest_m = 0;
-  for (const Kind& kind : cell.kinds) widest_m = std::max(widest_m, kind.circle_m(kind.width_m));
+  const double widest = widest_m(cell.kinds);
   const Place* area = cell.place(robot->from);
-  return PieceRoom{area, *area->size_m - Vector2d::Constant(widest_m + 2 * kEdge_m),
-                   widest_m + kRimSpacing_m};
+  return PieceRoom{area, *area->size_m - Vector2d::Constant(widest + 2 * kEdge_m), widest + kRimSpacing_m};
 }
 
 std::string fault_of_pieces(const CellConfig& cell, int count) {

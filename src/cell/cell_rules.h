@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "cell/cell_config.h"
 
@@ -42,6 +43,11 @@ inline constexpr const char* kReferenceRule = "must begin with corbaloc:, corban
 [[nodiscard]] bool shows(const CameraModel& camera, const Place& place, const Kind& kind);
 /// Returns the names of the places that the camera does not show whole, joined by commas.
 [[nodiscard]] std::string unseen_places(const CellConfig& cell);
+
+/// The least distance between the rims of two pieces, for an open finger and its clearance.
+inline constexpr double kRimSpacing_m = 0.016;
+/// Returns the diameter of the circle around the widest piece; 0 without a kind.
+[[nodiscard]] double widest_m(const std::vector<Kind>& kinds);
 
 /// The region in which the simulation scatters pieces: the first area from which a robot takes.
 struct PieceRoom {

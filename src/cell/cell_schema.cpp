@@ -24,7 +24,9 @@ using Eigen::Vector3d;
 constexpr std::size_t kMost = 16;  // places, and robots: bounds of the IDL's sequences
 constexpr int kMostSlots = 1000;
 constexpr double kLeastPitch_m = 0.04;
-constexpr const char* kWidest = "the widest piece's diameter, or a square's diagonal";
+constexpr const char* kWidest = "more than the widest piece's diameter, or a square's diagonal";
+/// Room between open fingers and the widest piece: play, and the camera's error to either side.
+constexpr double kOpenRoom_m = 0.004;
 constexpr double kLeastApproachClearance_m = 0.01;
 constexpr double kRounding_m = 1e-9;
 constexpr double kLeastWaitDistance_m = 0.05;
@@ -139,7 +141,6 @@ class Reader {
                          fmt::format("must not overlap those of {}: kinds differ by the hue of their label",
                                      other.name));
       tallest_m_ = std::max(tallest_m_, kind.height_m);
-      widest_m_ = std::max(widest_m_, kind.circle_m(kind.width_m));
       section.finish();
       kind_lines_.push_back(section.line_of("name"));
       cell_.kinds.push_back(kind);
@@ -199,10 +200,10 @@ class Reader {
     grid.pitch_m = vector2(section, "pitch_m", {kLeastPitch_m, 1, false, "m"});
     if (grid.columns * grid.rows > kMostSlots)
       section.refuse("rows", fmt::format("at most {} slots", kMostSlots));
-    const bool is_narrow =
-        (grid.columns > 1 && grid.pitch_m.x() < widest_m_) || (grid.rows > 1 && grid.pitch_m.y() < widest_m_);
-    if (is_narrow && grid.pitch_m.minCoeff() >= kLeastPitch_m)
-      section.refuse("pitch_m", fmt::format("must be at least {:.6g} m, {}", widest_m_, kWidest));
+    const double least_m = widest_m(cell_.kinds) + kRimSpacing_m;
+    if (grid.pitch_m.minCoeff() >= kLeastPitch_m && grid.pitch_m.minCoeff() < least_m)
+      section.refuse("pitch_m",
+                     fmt::format("must be at least {:.6g} m, {} m {}", least_m, kRimSpacing_m, kWidest));
     return grid;
   }
 
@@ -314,8 +315,10 @@ class Reader {
         section.number_or("speed_percent", robot.speed_percent, {0, 100, true, "percent"}).value_or(1);
     robot.settle_s = section.number_or("settle_s", robot.settle_s, {0, 10, false, "s"}).value_or(0);
     robot.opening_m = section.number_or("opening_m", robot.opening_m, {0.001, 1, false, "m"}).value_or(0);
-    if (robot.opening_m > 0 && robot.opening_m <= widest_m_)
-      section.refuse("opening_m", fmt::format("must be above {:.6g} m, {}", widest_m_, kWidest));
+    const double least_m = widest_m(cell_.kinds) + kOpenRoom_m;
+    if (robot.opening_m > 0 && robot.opening_m < least_m)
+      section.refuse("opening_m",
+                     fmt::format("must be at least {:.6g} m, {} m {}", least_m, kOpenRoom_m, kWidest));
     robot.transit = section.text_or("transit", robot.transit).value_or("");
     if (robot.transit != "free" && robot.transit != "arc")
       section.refuse("transit", "must be \"free\" or \"arc\"");
@@ -455,7 +458,6 @@ class Reader {
   std::uint32_t pieces_line_{0};
   std::uint32_t lens_line_{0};
   double tallest_m_{0};
-  double widest_m_{0};
   std::map<std::string, std::string> users_;  ///< place -> the first robot there
 };
 

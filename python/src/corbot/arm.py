@@ -400,7 +400,7 @@ class Arm:
         try:
             with _orb.uninterrupted():  # Ctrl-C meanwhile releases control, too
                 held = self.call("Acquire", who, seconds)
-            _orb.set_timeout(held, self._timeout)
+                _orb.set_timeout(held, self._timeout)
             self._reference = held
             threading.Thread(target=self._renew, args=(held, seconds / 3.0, ended), daemon=True).start()
             yield self

@@ -24,6 +24,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kBeyondEdge_m = 0.010;
+constexpr double kLeastLabel_px = 11;  // labels of fewer pixels were missed in rendered pictures
 // In 12000 rendered pictures fully visible labels of 14 and 16 mm reached at least 0.88. The position error
 // of partly hidden labels above this limit was at most 1.4 mm.
 constexpr double kLeastAgreement = 0.82;
@@ -149,6 +150,14 @@ std::optional<Detection> examine(const Blob& blob, const Kind& kind, const Place
   return Detection{kind.name, foot, std::min(confidence, 1.0), outline->yaw_rad};
 }
 
+/// Returns the width in pixels of a label in the middle of the place; 0 if the picture does not show it.
+double label_px(const CameraModel& camera, const Place& place, const Kind& kind) {
+  const Vector3d label_m = place.frame.position_m + kind.height_m * Vector3d::UnitZ();
+  const auto pixel = camera.project(label_m);
+  const auto outline = pixel ? outline_at(camera, *pixel, label_m.z(), kind) : std::nullopt;
+  return outline ? kind.label_m / std::sqrt(std::abs(outline->metres_by_pixel.determinant())) : 0;
+}
+
 }  // namespace
 
 Detector::Detector(const CellConfig& cell) : camera_(cell.camera), kinds_(cell.kinds) {
@@ -166,6 +175,14 @@ Detector::Detector(const CellConfig& cell) : camera_(cell.camera), kinds_(cell.k
              .value = place.name,
              .allowed = "the picture must show the whole place; it does not with this calibration",
              .name = ""});
+      if (const double width_px = label_px(camera_, place, kind); width_px < kLeastLabel_px)
+        faults.push_back({.file = "cell " + cell.name,
+                          .line = 0,
+                          .key = "kind.label_m",
+                          .value = fmt::format("{}", kind.label_m),
+                          .allowed = fmt::format("is {:.1f} pixels wide on {}, and must be {:g} or more",
+                                                 width_px, place.name, kLeastLabel_px),
+                          .name = kind.name});
       // The margin is so wide that the window holds every label that counts.
       window |= seen(camera_, place, kind.height_m, kBeyondEdge_m + kind.label_m);
     }

@@ -191,7 +191,7 @@ class Animation {
 
   [[nodiscard]] double largest_m() const {
     double largest = 0;
-    for (const Kind& kind : cell_.kinds) largest = std::max(largest, kind.width_m);
+    for (const Kind& kind : cell_.kinds) largest = std::max(largest, kind.circle_m(kind.width_m));
     return largest;
   }
 

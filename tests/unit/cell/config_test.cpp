@@ -237,29 +237,30 @@ TEST(CellConfigTest, ASquareKindHasASideAndItsDiagonalMustFitBetweenTheFingers) 
   EXPECT_TRUE(cell.kinds[0].is_square);
   EXPECT_EQ(cell.kinds[0].width_m, 0.018);
   EXPECT_FALSE(CellFiles().load().kinds[0].is_square);
-  files.edit("cell.toml", "side_m = 0.018", "side_m = 0.023");
+  for (const char* from : {"from = \"pallet1\"", "from = \"store1\""})
+    files.edit("cell.toml", from, std::string("opening_m = 0.029, ") + from);
   const auto faults = files.faults();
   ASSERT_EQ(faults.size(), 2U);
   for (const std::size_t i : {0U, 1U}) {
     EXPECT_EQ(faults[i].key, "robot[" + std::to_string(i) + "].opening_m");
     EXPECT_THAT(faults[i].allowed,
-                HasSubstr("above 0.0325269 m, the widest piece's diameter, or a square's diagonal"));
+                HasSubstr("at least 0.0294558 m, 0.004 m more than the widest piece's diameter, or a "
+                          "square's diagonal"));
   }
 }
 
-TEST(CellConfigTest, PiecesInNeighbouringSlotsDoNotOverlapAtAnyYaw) {
+TEST(CellConfigTest, SlotsLeaveRoomForAFingerBetweenPiecesOfAnyYaw) {
   CellFiles files;
   files.edit("cell.toml", "pieces = 12", "pieces = 1");
-  for (const char* from : {"from = \"pallet1\"", "from = \"store1\""})
-    files.edit("cell.toml", from, std::string("opening_m = 0.1, ") + from);
-  files.edit("cell.toml", "diameter_m = 0.020", "side_m = 0.029");  // the diagonal is 41 mm
+  files.edit("cell.toml", "diameter_m = 0.020", "side_m = 0.018");
   EXPECT_TRUE(files.faults().empty());
-  files.edit("cell.toml", "side_m = 0.029", "side_m = 0.030");
+  files.edit("cell.toml", "side_m = 0.018", "side_m = 0.019");
   const auto faults = files.faults();
   ASSERT_EQ(faults.size(), 1U);
   EXPECT_EQ(faults[0].key, "place[2].pitch_m");
   EXPECT_THAT(faults[0].allowed,
-              HasSubstr("at least 0.0424264 m, the widest piece's diameter, or a square's diagonal"));
+              HasSubstr("at least 0.0428701 m, 0.016 m more than the widest piece's diameter, or a square's "
+                        "diagonal"));
 }
 
 TEST(CellConfigTest, ARowTakesItsKindAndAKindWithoutARowIsRefused) {
