@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +25,18 @@ def until(condition: Callable[[], bool], within: float = 20.0) -> None:
     while not condition():
         assert time.monotonic() < end, f"not within {within} s"
         time.sleep(0.002)
+
+
+def freeze(process: int) -> None:
+    """Stop a process by SIGSTOP, and return when each of its threads has stopped."""
+    os.kill(process, signal.SIGSTOP)
+    threads = Path(f"/proc/{process}/task")
+    until(lambda: all(_state_of(thread) == "T" for thread in threads.iterdir()))
+
+
+def _state_of(thread: Path) -> str:
+    """Give the letter after the name in parentheses, which may have spaces."""
+    return (thread / "stat").read_text().rpartition(")")[2].split()[0]
 
 
 def is_at_rest(arm: corbot.Arm) -> bool:

@@ -18,7 +18,7 @@ import pytest
 
 import corbot
 from corbot.simulation import Simulation, find_program
-from support import FAR, SLOWLY, is_at_rest, until
+from support import FAR, SLOWLY, freeze, is_at_rest, until
 
 END = 15.0  # seconds, from the fault to the end of the program, on a busy machine
 CALLS = {
@@ -43,7 +43,7 @@ def signal_to(process: str, number: int) -> Callable[[Simulation], None]:
 
 FAULTS: dict[str, Callable[[Simulation], None]] = {
     "killed servant": signal_to("servant_pid", signal.SIGKILL),
-    "frozen task": signal_to("rt_pid", signal.SIGSTOP),
+    "frozen task": lambda simulation: freeze(simulation.processes["rt_pid"]),
     "unplugged device": signal_to(
         "rt_pid", signal.SIGUSR1
     ),  # which the simulated device has instead of a plug

@@ -10,7 +10,7 @@ import pytest
 
 import corbot
 from conftest import Robot
-from support import FAR, SLOWLY, is_at_rest, runs, until
+from support import FAR, SLOWLY, freeze, is_at_rest, runs, until
 
 
 def test_a_killed_servant_ends_a_wait_and_is_back_soon(fresh: Robot) -> None:
@@ -36,7 +36,7 @@ def test_a_killed_servant_ends_a_wait_and_is_back_soon(fresh: Robot) -> None:
 def test_a_frozen_servant_ends_a_call_in_time(fresh: Robot) -> None:
     arm = corbot.connect(fresh.arm.address, timeout=0.5)
     servant = fresh.simulation.processes["servant_pid"]
-    os.kill(servant, signal.SIGSTOP)
+    freeze(servant)
     try:
         begun = time.monotonic()
         with pytest.raises(corbot.NoAnswer, match="may still be carried out"):
@@ -64,7 +64,7 @@ def test_a_stop_that_failed_is_told_beside_the_blocks_exception(fresh: Robot) ->
 
     def fail() -> None:
         with pytest.raises(ZeroDivisionError), arm:
-            os.kill(servant, signal.SIGSTOP)
+            freeze(servant)
             _ = 1 / 0
 
     with pytest.warns(RuntimeWarning, match="may still move"):

@@ -23,7 +23,7 @@ import corbot
 from conftest import Robot
 from corbot import _orb
 from corbot.simulation import _free_ports
-from support import until
+from support import freeze, until
 
 READERS = """
 def read():
@@ -140,7 +140,7 @@ def status_of(arm: corbot.Arm) -> corbot.Status:
 def test_a_copy_of_an_arm_has_its_timeout(copied: Callable[[corbot.Arm], corbot.Arm], fresh: Robot) -> None:
     copy_of_it = copied(corbot.connect(fresh.arm.address, timeout=0.5))
     servant = fresh.simulation.processes["servant_pid"]
-    os.kill(servant, signal.SIGSTOP)
+    freeze(servant)
     try:
         with pytest.raises(corbot.NoAnswer):
             _ = copy_of_it.state

@@ -1029,7 +1029,7 @@ TEST_F(CellRun, AWrongFileIsRefusedBeforeAnythingStarts) {
   edit("columns = 4", "columns = 0");
   const RunResult result = cell_run({});
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.errors, HasSubstr("place[2].columns = 0: must be a whole number from 1"));
+  EXPECT_THAT(result.errors, HasSubstr("place[2].columns (pallet2) = 0: must be a whole number from 1"));
   EXPECT_FALSE(fs::exists(directory_ / "state"));
 }
 

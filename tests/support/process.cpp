@@ -185,7 +185,12 @@ void Process::send(const std::string& line) {
 }
 
 void Process::signal(int number) const {
-  if (pid_ > 0 && !status_) ::kill(pid_, number);
+  if (pid_ <= 0 || status_ || ::kill(pid_, number) != 0 || number != SIGSTOP) return;
+  // Its threads on other processors run on for a moment.
+  siginfo_t stopped{};
+  wait_until(within(5), [&] {
+    return ::waitid(P_PID, static_cast<id_t>(pid_), &stopped, WSTOPPED | WNOHANG) != 0 || stopped.si_pid != 0;
+  });
 }
 
 void Process::close_input() {

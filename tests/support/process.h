@@ -53,7 +53,8 @@ class Process {
   std::optional<std::string> wait_line(const std::string& prefix, Deadline deadline);
   /// Writes a line to its standard input.
   void send(const std::string& line);
-  /// Sends a signal; no effect on a child that has been waited for.
+  /// Sends a signal; no effect on a child that has been waited for. Returns from SIGSTOP when each of its
+  /// threads has stopped.
   void signal(int number) const;
   /// Ends its standard input.
   void close_input();
