@@ -137,7 +137,8 @@ StopPort::Outcome StopPort::outcome() noexcept {
   const bool lives = !is_closed(connection_);
   Snapshot now{};
   const bool has_now = newest(now);
-  if (has_now && read_by_cycle_ && now.cycle >= *read_by_cycle_ && now.state != RtState::kStopping) {
+  const bool slows_down = now.state == RtState::kStopping || (now.flags & kSnapshotFaultStop) != 0;
+  if (has_now && read_by_cycle_ && now.cycle >= *read_by_cycle_ && !slows_down) {
     if (now.state == RtState::kError || is_earlier_stop(stops_before_, now.stops_done))
       return Outcome::kAtRest;
     request();

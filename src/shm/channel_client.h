@@ -49,7 +49,7 @@ class StopPort {
 
   enum class Outcome {
     kPending,   ///< call outcome() again
-    kAtRest,    ///< the stop is carried out, or an Error holds the arm
+    kAtRest,    ///< the stop is carried out, or an Error holds the arm after its ramp
     kTaskGone,  ///< only another task could move the arm, and needs another StopPort
   };
   /// Returns the result of request(). Counts the request again if it was removed before the task had read it:

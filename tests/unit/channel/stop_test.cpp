@@ -34,6 +34,26 @@ TEST_F(StopTest, AStopIsConfirmedByACycleThatHasReadIt) {
   EXPECT_EQ(port.outcome(), Outcome::kAtRest);
 }
 
+TEST_F(StopTest, AFaultThatSlowsTheArmDownIsNotRest) {
+  using Outcome = StopPort::Outcome;
+  const auto rt = task();
+  Snapshot now{};
+  now.incarnation = rt->task->incarnation;
+  rt->task->snapshot.store(now);
+  StopPort port = StopPort::of(name());
+  port.request();
+  now.cycle += 2;
+  now.state = RtState::kError;
+  now.flags = kSnapshotFaultStop;
+  now.stops_done = 1;
+  rt->task->snapshot.store(now);
+  EXPECT_EQ(port.outcome(), Outcome::kPending);
+  EXPECT_EQ(rt->stop->count.load(), 1u) << "the fault stops the arm";
+  now.flags = kSnapshotPowerOff;
+  rt->task->snapshot.store(now);
+  EXPECT_EQ(port.outcome(), Outcome::kAtRest);
+}
+
 TEST_F(StopTest, AStopThatIsTakenBackIsCountedAgain) {
   using Outcome = StopPort::Outcome;
   const auto rt = task();
