@@ -7,19 +7,34 @@
 #include <thread>
 
 #include "client/failure.h"
+#include "client/local_robots.h"
 #include "shm/channel_client.h"
 
 namespace corbot::client {
 
 namespace {
+
 using Clock = std::chrono::steady_clock;
+
+/// Returns true if the robot that is up by its state file has another task. CORBOT_RUN_DIR may select a
+/// directory where a robot of the same name listens.
+bool is_namesake(const std::string& robot, pid_t task) {
+  try {
+    const auto state = is_up(robot) ? read_state(robot) : std::nullopt;
+    return state && state->rt_pid != task;
+  } catch (const Failure&) {
+    return false;  // the state directory cannot be used: no robot is up there
+  }
 }
+
+}  // namespace
 
 bool stop_on_this_machine(const std::string& robot, double timeout_s) {
   const auto deadline =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(timeout_s));
   try {
     StopPort port = StopPort::of(robot);
+    if (is_namesake(robot, port.task_pid())) return false;
     port.request();
     for (;;) {
       const StopPort::Outcome outcome = port.outcome();

@@ -44,6 +44,8 @@ class StopPort {
  public:
   /// Throws SegmentError: kAbsent if no task runs.
   [[nodiscard]] static StopPort of(const std::string& robot);
+  /// Returns the process that listens as this robot's task.
+  [[nodiscard]] pid_t task_pid() const noexcept { return peer_of(connection_).pid; }
   /// Counts a stop request.
   void request() noexcept;
 

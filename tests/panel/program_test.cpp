@@ -42,13 +42,15 @@ class PanelProgram : public test::RobotRig {
   [[nodiscard]] std::vector<std::string> environment() const {
     return {"XDG_RUNTIME_DIR=" + directory_.string()};
   }
-  void start_panel() {
+  void start_panel(const std::vector<std::string>& more_environment = {}) {
     fs::permissions(directory_, fs::perms::owner_all);
     const std::string page = (directory_ / "page").string();
+    std::vector<std::string> of_panel = environment();
+    of_panel.insert(of_panel.end(), more_environment.begin(), more_environment.end());
     panel_.emplace(
         std::vector<std::string>{CORBOT_BIN_DIR "/corbot", "panel", "--port", "0", "--pages", page,
                                  "--allow-host", "bench", "--allow-host", "bench.local", reference_},
-        environment());
+        of_panel);
     ASSERT_TRUE(panel_->wait_line("panel ready", within(30))) << panel_->errors();
     const std::string& printed = panel_->output();
     const auto after = [&](const std::string& words, std::size_t from) {
@@ -393,7 +395,9 @@ TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
   EXPECT_EQ(json::parse(ask(watch_, http::verb::get, "/api/robots").body())[0]["robot"], robot);
 
   const pid_t servant = child_of(up.pid(), "corbot-servant");
-  ASSERT_EQ(::kill(child_of(up.pid(), "corbot-panel"), SIGKILL), 0);
+  const pid_t panel = child_of(up.pid(), "corbot-panel");
+  ASSERT_NE(panel, 0);  // kill(2) would kill this test's process group
+  ASSERT_EQ(::kill(panel, SIGKILL), 0);
   const auto second = up.wait_line("watch and stop: ", within(30));
   ASSERT_TRUE(second) << up.errors();
   EXPECT_NE(*second, *first);
@@ -406,20 +410,65 @@ TEST_F(PanelProgram, StartsAndRestartsWithItsRobot) {
 // A servant that is killed repeatedly starts later and later. The motion goes on meanwhile.
 TEST_F(PanelProgram, StopsARobotOnThisMachineWithoutItsServant) {
   port_of_panel_ = test::free_port();
-  Process up(install(directory_, name_ + "-up", port_of_panel_), environment());
+  const std::string robot = name_ + "-up";
+  const std::vector<std::string> command = install(directory_, robot, port_of_panel_);
+  const std::string& endpoint = command.at(6);
+  Process up(command, environment());
   const auto url = up.wait_line("watch and stop: ", within(30));
   ASSERT_TRUE(url) << up.errors();
-  ASSERT_TRUE(up.wait_line(name_ + "-up is up", within(30))) << up.errors();
+  ASSERT_TRUE(up.wait_line(robot + " is up", within(30))) << up.errors();
   watch_ = url->substr(url->find("token=") + 6);
   Page page(port_of_panel_, "/ws?token=" + watch_);
   json state = page.read();
   while (state.is_object() && !state.value("connected", false)) state = page.read();
+  const Corbot::Arm_var arm = connect("corbaloc::" + endpoint + "/" + robot);
+  const Corbot::Ticket ticket = arm->StartMove(0.20, 0.10, 0.10, 0.0, 60.0);
+  const pid_t servant = child_of(up.pid(), "corbot-servant");
+  ASSERT_NE(servant, 0);
   up.signal(SIGSTOP);  // it starts no other servant
-  ASSERT_EQ(::kill(child_of(up.pid(), "corbot-servant"), SIGKILL), 0);
+  ASSERT_EQ(::kill(servant, SIGKILL), 0);
   const Response stopped = ask(watch_, http::verb::post, "/api/stop");
   EXPECT_EQ(stopped.result(), http::status::ok) << stopped.body();
   up.signal(SIGCONT);
+  EXPECT_TRUE(wait_until(within(30), [&] {
+    try {
+      return arm->Progress(ticket)->state == Corbot::MotionStopped;
+    } catch (const CORBA::SystemException&) {
+      return false;  // the servant starts again
+    }
+  }));
   EXPECT_EQ(up.terminate(), 0) << up.errors();
+}
+
+TEST_F(PanelProgram, StopsTheRobotThatItShowsAndNotANamesake) {
+  fs::permissions(directory_, fs::perms::owner_all);
+  reference_ = name_ + "-up";
+  const std::string endpoint = "127.0.0.1:" + std::to_string(test::free_port());
+  Process up(
+      {CORBOT_BIN_DIR "/corbot", "up", CORBOT_TEST_PROFILE, "--name", reference_, "--endpoint", endpoint},
+      environment());
+  ASSERT_TRUE(up.wait_line(reference_ + " is up", within(30))) << up.errors();
+  const std::string elsewhere = "CORBOT_RUN_DIR=" + (directory_ / "run").string();
+  Process namesake({CORBOT_BIN_DIR "/corbot-rt", CORBOT_TEST_PROFILE, "--name", reference_}, {elsewhere});
+  ASSERT_TRUE(namesake.wait_line("ready", within(30))) << namesake.errors();
+  start_panel({elsewhere});
+
+  const Corbot::Arm_var arm = connect("corbaloc::" + endpoint + "/" + reference_);
+  Corbot::Ticket ticket = arm->StartMove(0.20, 0.10, 0.10, 0.0, 60.0);
+  Page page(port_of_panel_, "/ws?token=" + watch_);
+  json state = page.read();
+  while (state.is_object() && !state.value("connected", false)) state = page.read();
+  const Response stopped = ask(watch_, http::verb::post, "/api/stop");
+  EXPECT_EQ(stopped.result(), http::status::ok) << stopped.body();
+  EXPECT_EQ(arm->Progress(ticket)->state, Corbot::MotionStopped);
+
+  ticket = arm->StartMove(0.20, 0.10, 0.10, 0.0, 60.0);
+  std::vector<std::string> of_command = environment();
+  of_command.push_back(elsewhere);
+  EXPECT_EQ(test::run({CORBOT_BIN_DIR "/corbot", "stop", "--robot", reference_}, 30, of_command).code, 0);
+  EXPECT_EQ(arm->Progress(ticket)->state, Corbot::MotionStopped);
+  EXPECT_EQ(up.terminate(), 0) << up.errors();
+  EXPECT_EQ(namesake.terminate(), 0) << namesake.errors();
 }
 
 TEST_F(PanelProgram, WarnsOfARobotThatIsNotUp) {
