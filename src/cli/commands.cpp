@@ -107,19 +107,8 @@ std::string robot_here(const std::string& robot) {
 
 /// Stops a robot on this machine by its stop segment, which needs no servant; else by the servant.
 void stop(const ClientOptions& options) {
-  const std::string here = robot_here(options.robot);
-  std::string failed;
-  try {
-    if (!here.empty() && stop_on_this_machine(here, options.timeout_s)) return;
-  } catch (const Failure& failure) {
-    failed = failure.what();
-  }
-  try {
-    Client(find_robot(options.robot), options.timeout_s).stop();
-  } catch (const Failure& failure) {
-    if (failed.empty()) throw;
-    throw Failure(failure.code(), fmt::format("{}; by its servant: {}", failed, failure.what()));
-  }
+  client::stop_here_or(robot_here(options.robot), options.timeout_s,
+                       [&] { Client(find_robot(options.robot), options.timeout_s).stop(); });
 }
 
 /// Returns true if a hold is in force, or counted until the task can carry it out.

@@ -54,4 +54,19 @@ bool stop_on_this_machine(const std::string& robot, double timeout_s) {
   }
 }
 
+void stop_here_or(const std::string& robot, double timeout_s, const std::function<void()>& by_servant) {
+  std::string failed;
+  try {
+    if (!robot.empty() && stop_on_this_machine(robot, timeout_s)) return;
+  } catch (const Failure& failure) {
+    failed = failure.what();
+  }
+  try {
+    by_servant();
+  } catch (const Failure& failure) {
+    if (failed.empty()) throw;
+    throw Failure(failure.code(), fmt::format("{}; by its servant: {}", failed, failure.what()));
+  }
+}
+
 }  // namespace corbot::client

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 
 namespace corbot::client {
@@ -12,5 +13,9 @@ namespace corbot::client {
 /// task does not confirm in time. In that case the stop may still be counted, and the task carries it out
 /// when it resumes.
 [[nodiscard]] bool stop_on_this_machine(const std::string& robot, double timeout_s);
+
+/// Stops a robot by its stop segment if it is on this machine, else by `by_servant`. Throws the Failure of
+/// both. `robot` empty: the robot is elsewhere.
+void stop_here_or(const std::string& robot, double timeout_s, const std::function<void()>& by_servant);
 
 }  // namespace corbot::client

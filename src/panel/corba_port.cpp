@@ -99,15 +99,6 @@ Corbot::Arm_var own_arm(CORBA::ORB_ptr orb, const client::Address& address, CORB
                       [&] { return Corbot::Arm_var(own_reference<Corbot::Arm>(shared.in(), group)); });
 }
 
-/// Returns true if the arm of a robot on this machine is at rest. The real-time task carries this Stop out.
-bool is_stopped_here(const std::string& robot) {
-  try {
-    return !robot.empty() && client::stop_on_this_machine(robot, kLocalStop_s);
-  } catch (const client::Failure&) {
-    return false;  // the servant may stop it
-  }
-}
-
 class CorbaPerformer : public Performer {
  public:
   CorbaPerformer(const client::Address& address, CORBA::ORB_ptr orb, Corbot::Arm_ptr arm)
@@ -195,9 +186,10 @@ CorbaPort::Way CorbaPort::call_way() const {
 
 void CorbaPort::stop() {
   Way way = stop_way();
-  if (is_stopped_here(way.address.local)) return;
-  if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), find_robot(robot_), kStopConnections);
-  client::call(way.address, [&] { way.arm->Stop(); });
+  client::stop_here_or(way.address.local, kLocalStop_s, [&] {
+    if (CORBA::is_nil(way.arm)) way = new_way(orb_.in(), find_robot(robot_), kStopConnections);
+    client::call(way.address, [&] { way.arm->Stop(); });
+  });
 }
 
 void CorbaPort::check_connection(const Way& way) {

@@ -424,12 +424,21 @@ TEST_F(PanelProgram, StopsARobotOnThisMachineWithoutItsServant) {
   const Corbot::Arm_var arm = connect("corbaloc::" + endpoint + "/" + robot);
   const Corbot::Ticket ticket = arm->StartMove(0.20, 0.10, 0.10, 0.0, 60.0);
   const pid_t servant = child_of(up.pid(), "corbot-servant");
+  const pid_t task = child_of(up.pid(), "corbot-rt");
   ASSERT_NE(servant, 0);
+  ASSERT_NE(task, 0);
   up.signal(SIGSTOP);  // it starts no other servant
   ASSERT_EQ(::kill(servant, SIGKILL), 0);
   const Response stopped = ask(watch_, http::verb::post, "/api/stop");
   EXPECT_EQ(stopped.result(), http::status::ok) << stopped.body();
+
+  ASSERT_EQ(::kill(task, SIGSTOP), 0);
+  const Response failed = ask(watch_, http::verb::post, "/api/stop");
+  ASSERT_EQ(::kill(task, SIGCONT), 0);
   up.signal(SIGCONT);
+  EXPECT_EQ(failed.result(), http::status::bad_gateway);
+  EXPECT_THAT(failed.body(), testing::AllOf(HasSubstr("the real-time task of " + robot + " does not answer"),
+                                            HasSubstr("by its servant: ")));
   EXPECT_TRUE(wait_until(within(30), [&] {
     try {
       return arm->Progress(ticket)->state == Corbot::MotionStopped;
