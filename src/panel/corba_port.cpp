@@ -214,11 +214,14 @@ json CorbaPort::call(const Order& order) {
     set_control(acquired.in());
     return reply;
   }
-  if (forget_ended_control(way)) {
+  if (request.verb != client::Verb::kClear && forget_ended_control(way)) {
     throw client::Failure(client::ExitCode::kRefused,
                           "the panel's control has ended: take control again, or try again without");
   }
-  client::Client robot(way.address, orb_.in(), with_control(way.arm.in(), kCallConnections).in());
+  const Corbot::Arm_var arm = request.verb == client::Verb::kClear
+                                  ? way.arm  // needs no control, which may have ended
+                                  : with_control(way.arm.in(), kCallConnections);
+  client::Client robot(way.address, orb_.in(), arm.in());
   if (request.verb == client::Verb::kRelease) {
     if (CORBA::is_nil(control().in()))
       throw client::Failure(client::ExitCode::kRefused, "this panel has no control to give up");
@@ -227,7 +230,11 @@ json CorbaPort::call(const Order& order) {
   try {
     if (const auto ticket = robot.send(request)) reply["ticket"] = *ticket;
   } catch (const client::Failure&) {
-    (void)forget_ended_control(way);
+    try {
+      (void)forget_ended_control(way);
+    } catch (const client::Failure&) {
+      // the first failure counts
+    }
     throw;
   }
   return reply;
@@ -265,14 +272,12 @@ Corbot::Arm_var CorbaPort::with_control(Corbot::Arm_ptr arm, CORBA::ULong group)
 
 bool CorbaPort::forget_ended_control(const Way& way) {
   if (CORBA::is_nil(control().in())) return false;
-  try {
+  return client::call(way.address, [&] {
     const Corbot::ControlInfo_var control = way.arm->Control();
     if (kHolder == std::string_view(control->holder.in())) return false;
     set_control(Corbot::Arm::_nil());
     return true;
-  } catch (const CORBA::Exception&) {
-    return false;  // the caller's next call fails, too
-  }
+  });
 }
 
 }  // namespace corbot::panel

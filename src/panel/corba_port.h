@@ -47,7 +47,8 @@ class CorbaPort : public Port {
   void set_control(Corbot::Arm_ptr control);
   /// Returns the reference that has control; without control `arm`.
   [[nodiscard]] Corbot::Arm_var with_control(Corbot::Arm_ptr arm, CORBA::ULong group) const;
-  /// Uses the arm's own reference again if control has ended, and returns true then.
+  /// Uses the arm's own reference again if control has ended, and returns true then. Throws if
+  /// the arm does not answer.
   bool forget_ended_control(const Way& way);
 
   CORBA::ORB_var orb_;

@@ -287,6 +287,7 @@ TEST_F(PanelProgram, MovesARobotAtAnotherPortWhenItsControlHasEnded) {
   json state = page.read();
   while (state.is_object() && (!state.value("connected", false) || state["connection"] == 1))
     state = page.read();
+  EXPECT_EQ(call("clear").result(), http::status::ok) << "needs no control";
   const Response ended = call("ready");
   EXPECT_EQ(ended.result(), http::status::conflict);
   EXPECT_THAT(ended.body(), HasSubstr("the panel's control has ended"));
