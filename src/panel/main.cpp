@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // corbot-panel serves a web page on which people watch, stop and move robots and cells. It is an
-// ordinary client of them.
+// ordinary client of them. It stops a robot on its machine by the stop segment, without the servant.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>

@@ -15,8 +15,8 @@ constexpr std::chrono::milliseconds kReconnectInterval{500};
 /// A servant or coordinator that has died is back within this time: its supervisor waits at most five seconds
 /// before it starts it again. A motion may go on meanwhile, and a coordinator moves the robots again.
 constexpr std::chrono::milliseconds kStopTries{8000};
-/// A supervisor has ended a frozen servant within this time. A Stop that hangs longer is not tried again, so
-/// that its failure is reported soon.
+/// A supervisor has ended a frozen servant within this time, unless `respond_s` of its profile is longer. A
+/// Stop that hangs longer is not tried again, so that its failure is reported soon.
 constexpr std::chrono::milliseconds kFrozen{5000};
 }  // namespace
 

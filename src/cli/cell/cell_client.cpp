@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -198,17 +199,19 @@ void CellClient::stop() {
   const bool may_come_back = peer.is_elsewhere || cell::holder_of(cell_.state_directory);
   const std::chrono::seconds retry_for = may_come_back ? kStopRetryFor : std::chrono::seconds(0);
   bool is_told = !may_come_back;
+  const auto until = std::chrono::steady_clock::now() + retry_for;
   call(
       peer,
       [&] {
         try {
           coordinator_->Stop();
         } catch (const CORBA::SystemException& error) {
+          const auto left = std::chrono::ceil<std::chrono::seconds>(until - std::chrono::steady_clock::now());
           if (!std::exchange(is_told, true))
             client::notice(stderr,
                            fmt::format("corbot: the coordinator has NOT confirmed the stop (CORBA {}): "
                                        "trying again for {} s\n",
-                                       error._name(), retry_for.count()));
+                                       error._name(), std::max(left.count(), std::chrono::seconds::rep{0})));
           throw;
         }
       },
