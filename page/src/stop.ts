@@ -10,9 +10,12 @@ export interface StopLine {
   text: string;
 }
 
-/// The server itself ends a Stop of a cell after 28 s at most, and that of a robot after 23 s.
-export const TIMEOUT_MS = 30_000;
-/// A Stop without a reply after this time is shown as not confirmed. The panel still tries it.
+/// The server itself ends a Stop of a cell after 28 s at most, and that of a robot after 26 s.
+const STOP_TIMEOUT_MS = 30_000;
+/// A call has its reply within this time.
+export const TIMEOUT_MS = 15_000;
+/// A Stop without a reply after this time is shown as not confirmed. The panel still tries it, or has not
+/// received it.
 const LATE_MS = 3000;
 
 export function authorization(token: string): Record<string, string> {
@@ -45,7 +48,7 @@ async function requestStop(send: typeof fetch, token: string, target?: Target): 
     cache: "no-store",
     ...(target === undefined ? {} : { body: JSON.stringify(target) }),
     keepalive: true,
-    signal: AbortSignal.timeout(TIMEOUT_MS),
+    signal: AbortSignal.timeout(STOP_TIMEOUT_MS),
   });
   try {
     // The server closes idle connections. A browser may take one of them just then, so a second try is made.

@@ -89,7 +89,8 @@ export const T = {
   stopOnly: (robot: string): string => `Stop only ${robot}`,
   stopHint: "Esc or space stops all arms; in a text, Esc alone. Enter presses buttons.",
   stopSent: "Stop sent. The arms slow down…",
-  stopLate: "The Stop is NOT confirmed yet. The panel still tries. If an arm moves, use the emergency stop.",
+  stopLate: "The Stop is NOT confirmed yet. The panel still tries, or has not received it. "
+    + "If an arm moves, use the emergency stop.",
   stopped: (robot: string): string => `${robot} came to rest.`,
   notStopped: (robot: string, why: string): string =>
     `${robot} is NOT at rest, and the panel no longer tries: ${why}`,

@@ -48,3 +48,9 @@ test("Typed numbers are read with a point, and nothing else is a number", () => 
   for (const typed of ["0,25", "1 m", "x", "Infinity", "1 2", "0x10", "0b1"])
     assert.ok(Number.isNaN(readNumber(typed)), typed);
 });
+
+test("A call waits for its reply for 15 seconds", async (context) => {
+  const timeout = context.mock.method(AbortSignal, "timeout");
+  await call("t", { robot: "a" }, 1, { do: "ready" }, async () => new Response('{"done":true}'));
+  assert.deepEqual(timeout.mock.calls.map((each) => each.arguments), [[15_000]]);
+});
