@@ -2,7 +2,6 @@
 #pragma once
 
 #include <signal.h>
-#include <sys/wait.h>
 #include <time.h>
 
 #include <cstdint>
@@ -111,11 +110,7 @@ class StopRig : public RobotRig {
     return fmt::format("[{}]\nchip = \"{}\"\nline = \"{}\"\n", name, environment("CORBOT_RIG_GPIOCHIP"),
                        line);
   }
-  void freeze_servant() {
-    servant_->signal(SIGSTOP);
-    siginfo_t info{};
-    ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(servant_->pid()), &info, WSTOPPED | WNOWAIT), 0);
-  }
+  void freeze_servant() { servant_->signal(SIGSTOP); }
 
   std::optional<EmulatedController> controller_;
 

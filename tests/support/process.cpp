@@ -189,7 +189,8 @@ void Process::signal(int number) const {
   // Its threads on other processors run on for a moment.
   siginfo_t stopped{};
   wait_until(within(5), [&] {
-    return ::waitid(P_PID, static_cast<id_t>(pid_), &stopped, WSTOPPED | WNOHANG) != 0 || stopped.si_pid != 0;
+    const int kind = WSTOPPED | WNOWAIT | WNOHANG;
+    return ::waitid(P_PID, static_cast<id_t>(pid_), &stopped, kind) != 0 || stopped.si_pid != 0;
   });
 }
 
