@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Browsers that send a panel any bytes. The first byte chooses the kind of connection. Kind 0 sends the rest
-// as it is. Kind 1 sends the rest after the handshake of a WebSocket. Kind 2 sends the rest as one text of a
-// WebSocket. The fuzzer aborts if the panel does not close a connection of which it has read the end.
+// Browsers that send a panel any bytes. Without CORBOT_WEBSOCKET they send the bytes as they are, as requests
+// of HTTP. With CORBOT_WEBSOCKET they first open a WebSocket. After an odd first byte they send the rest as it
+// is, otherwise as one text. The fuzzer aborts if the panel does not close a connection of which it has read
+// the end.
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -19,6 +20,12 @@
 namespace {
 
 using namespace corbot::panel;
+
+#ifdef CORBOT_WEBSOCKET
+constexpr bool kOpensWebSocket = true;
+#else
+constexpr bool kOpensWebSocket = false;
+#endif
 
 constexpr const char* kHandshake =
     "GET /ws?token=t HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
@@ -77,14 +84,17 @@ std::string frame_of(std::span<const std::uint8_t> text) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const int port = port_of_panel();
   if (size < 2 || size > 16'384) return 0;
-  const std::span<const std::uint8_t> rest(data + 1, size - 1);
   const int socket = connect_to(port);
-  const int kind = data[0] % 3;
-  if (kind > 0) send_all(socket, kHandshake);
-  if (kind == 2) {
-    send_all(socket, frame_of(rest));
+  const std::span<const std::uint8_t> bytes(data, size);
+  if (!kOpensWebSocket) {
+    send_all(socket, bytes);
   } else {
-    send_all(socket, rest);
+    send_all(socket, kHandshake);
+    if (bytes[0] % 2 == 1) {
+      send_all(socket, bytes.subspan(1));
+    } else {
+      send_all(socket, frame_of(bytes.subspan(1)));
+    }
   }
   (void)::shutdown(socket, SHUT_WR);
   std::array<char, 4096> reply{};
