@@ -12,7 +12,7 @@ import { setTimeout as pause } from "node:timers/promises";
 type Data = Record<string, unknown>;
 type Handler = (params: Data) => void;
 
-const DEADLINE_MS = 20_000;
+const DEADLINE_MS = 60_000;
 const POLL_MS = 20;
 /// Virtual key code and text by key.
 const KEYS: Record<string, [number, string]> = {

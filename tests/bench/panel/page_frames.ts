@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures the frames a second of the page in a Chromium that draws by software. The states of four moving
-// arms arrive, and the page shows one of the arms. The panel is the tests' stand-in. `scripts/page --frames`
-// builds and runs this bench.
+// arms arrive. One window draws one of them, and then four windows draw one each. The panel is the tests'
+// stand-in. `scripts/page --frames` builds and runs this bench.
 
 import { setTimeout as pause } from "node:timers/promises";
 
@@ -39,19 +39,29 @@ function counted(tab: Tab): Promise<[number, number]> {
   });
 }
 
-async function measure(browser: Browser): Promise<void> {
+/// Draws each of these robots in a window of its own, and prints the frames a second of each window.
+async function measure(browser: Browser, drawn: string[]): Promise<void> {
   const panel = new FakePanel("build/page", ROBOTS);
   await panel.start();
   try {
     for (const robot of panel.robots) robot.state = "Waiting";
-    const tab = await browser.open(panel.address(WATCH_TOKEN, ROBOTS[0]));
-    await tab.until(() => document.querySelector(".view canvas") !== null);
-    await count(tab);
-    const begin_ms = performance.now();
+    const tabs: Tab[] = [];
+    for (const robot of drawn) {
+      const tab = await browser.open(panel.address(WATCH_TOKEN, robot));
+      await tab.until(() => document.querySelector(".view canvas") !== null);
+      tabs.push(tab);
+    }
+    const begun_ms = await Promise.all(tabs.map(async (tab) => {
+      await count(tab);
+      return performance.now();
+    }));
     await pause(1000 * SECONDS);
-    const [frames, longest_ms] = await counted(tab);
-    const rate = 1000 * frames / (performance.now() - begin_ms);
-    console.log(`${rate.toFixed(1)} frames a second, longest gap ${longest_ms.toFixed(0)} ms`);
+    const lines = await Promise.all(tabs.map(async (tab, i) => {
+      const [frames, longest_ms] = await counted(tab);
+      const rate = 1000 * frames / (performance.now() - (begun_ms[i] ?? NaN));
+      return `${rate.toFixed(1)} frames a second, longest gap ${longest_ms.toFixed(0)} ms`;
+    }));
+    console.log(`${drawn.length} drawn: ${lines.join("; ")}`);
   } finally {
     await browser.closeTabs();
     await panel.end();
@@ -60,9 +70,13 @@ async function measure(browser: Browser): Promise<void> {
 
 const chromium = findChromium();
 if (!chromium) throw new Error("Chromium is not installed");
-const browser = Browser.start(chromium, true);
-try {
-  for (let run = 0; run < RUNS; ++run) await measure(browser);
-} finally {
-  await browser.close();
+for (const drawn of [ROBOTS.slice(0, 1), ROBOTS]) {
+  for (let run = 0; run < RUNS; ++run) {
+    const browser = Browser.start(chromium, true);
+    try {
+      await measure(browser, drawn);
+    } finally {
+      await browser.close();
+    }
+  }
 }
