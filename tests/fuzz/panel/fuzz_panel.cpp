@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Browsers that send a panel any bytes. Without CORBOT_WEBSOCKET they send the bytes as they are, as requests
-// of HTTP. With CORBOT_WEBSOCKET they first open a WebSocket. After an odd first byte they send the rest as it
-// is, otherwise as one text. The fuzzer aborts if the panel does not close a connection of which it has read
-// the end.
+// of HTTP. With CORBOT_WEBSOCKET they first open a WebSocket. After an odd first byte they send the rest as
+// it is, otherwise as one text. The fuzzer aborts if the panel does not close a connection of which it has
+// read the end.
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -50,12 +50,17 @@ int port_of_panel() {
 }
 
 int connect_to(int port) {
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) std::abort();
+  int socket = -1;
+  for (;;) {  // the fuzzer's own timer can interrupt
+    socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) break;
+    if (errno != EINTR) std::abort();
+    ::close(socket);
+  }
   const timeval patience{.tv_sec = 4, .tv_usec = 0};
   (void)::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   // A reset at the end leaves no port in TIME_WAIT, of which the kernel has some 28,000.
