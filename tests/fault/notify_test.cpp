@@ -225,7 +225,7 @@ TEST_F(Notify, ATaskWhoseLogIsNotReadReportsAllTheSame) {
   std::thread reader([&] {
     while (!ended) {
       drain();
-      std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   });
   arm_ = Corbot::Arm::_nil();

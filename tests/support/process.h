@@ -3,9 +3,11 @@
 
 #include <sys/types.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace corbot::test {
@@ -18,13 +20,17 @@ inline Deadline within(double seconds) {
                                                 std::chrono::duration<double>(seconds));
 }
 
-/// Polls `condition` every millisecond until it holds or the deadline has passed.
+/// Polls `condition` until it holds or the deadline has passed. A condition can start a program or call a
+/// servant. The pause is four times as long as the condition took, so that polling leaves the processor to
+/// the other tests. It is 1 to 200 ms.
 template <class Condition>
 bool wait_until(Deadline deadline, Condition&& condition) {
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    const timespec pause{0, 1'000'000};
-    ::nanosleep(&pause, nullptr);
+  using Clock = Deadline::clock;
+  for (Clock::time_point begun = Clock::now(); !condition(); begun = Clock::now()) {
+    const Clock::time_point now = Clock::now();
+    if (now > deadline) return false;
+    std::this_thread::sleep_for(std::clamp<Clock::duration>(4 * (now - begun), std::chrono::milliseconds(1),
+                                                            std::chrono::milliseconds(200)));
   }
   return true;
 }

@@ -6,13 +6,14 @@
 
 namespace corbot::test {
 
-/// Polls without a pause, for conditions that another thread makes true. False if 30 s were not enough.
+/// Polls for conditions that another thread makes true. False if 30 s were not enough. The pause leaves the
+/// processor to the other tests.
 template <class Condition>
 bool wait_until(Condition&& condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::microseconds(100));
   }
   return true;
 }

@@ -70,7 +70,7 @@ class FakeDevice final : public BusDevice {
  public:
   explicit FakeDevice(FakeBus& bus) : bus_(bus) {}
   std::string open() override {
-    while (bus_.blocks_open) std::this_thread::yield();
+    while (bus_.blocks_open) std::this_thread::sleep_for(std::chrono::microseconds(100));
     if (!bus_.there) throw DeviceError(DeviceCause::kNotThere, "/dev/fake: not there");
     ++bus_.opened;
     const std::lock_guard lock(bus_.mutex);
@@ -78,7 +78,7 @@ class FakeDevice final : public BusDevice {
     return "a fake device";
   }
   void close() noexcept override {
-    while (bus_.blocks_close) std::this_thread::yield();
+    while (bus_.blocks_close) std::this_thread::sleep_for(std::chrono::microseconds(100));
     ++bus_.closed;
   }
   void close_after_fault() noexcept override {
@@ -99,7 +99,7 @@ class FakeDevice final : public BusDevice {
     ++bus_.energised;
     while (bus_.energises_for_ever) {
       if (is_stopped()) return false;
-      std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
     }
     bus_.is_energised = true;
     return true;

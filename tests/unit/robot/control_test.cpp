@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "robot/call_error.h"
+#include "support/wait_until.h"
 
 namespace corbot::control_test {
 namespace {
@@ -23,10 +24,7 @@ constexpr std::chrono::milliseconds kShortest(500);
 static_assert(kShortestLease_s == 0.5);
 
 /// For what must not happen meanwhile.
-void wait_for(std::chrono::milliseconds time) {
-  const auto begin = Control::Clock::now();
-  while (Control::Clock::now() - begin < time) std::this_thread::yield();
-}
+void wait_for(std::chrono::milliseconds time) { std::this_thread::sleep_for(time); }
 
 void any_time() {}
 
@@ -42,9 +40,7 @@ corbot_error refusal(const std::function<void()>& call) {
 class ControlTest : public ::testing::Test {
  protected:
   bool ended(int times) {
-    const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
-    while (ends_ < times && Control::Clock::now() < deadline) std::this_thread::yield();
-    return ends_ == times;
+    return test::wait_until([&] { return ends_ >= times; }) && ends_ == times;
   }
   /// Returns the record of the present holder, as if its lease were the shortest one and had run out long
   /// ago.
@@ -172,8 +168,7 @@ TEST_F(ControlTest, AcquireWaitsForCallsThatWereAdmittedBefore) {
     (void)control_.acquire("cell", kLong_s, any_time);
     has_control = true;
   });
-  const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
-  while (!control_.holder() && Control::Clock::now() < deadline) std::this_thread::yield();
+  ASSERT_TRUE(test::wait_until([&] { return control_.holder().has_value(); }));
   EXPECT_EQ(refusal([&] { (void)control_.use(""); }).status, CORBOT_NOT_READY) << "others are refused by now";
   EXPECT_FALSE(has_control);
   earlier.reset();
@@ -192,8 +187,7 @@ TEST_F(ControlTest, WhatIsNotAdmittedLeavesNoControlBehind) {
       });
     });
   });
-  const auto deadline = Control::Clock::now() + std::chrono::seconds(30);
-  while (!control_.holder() && Control::Clock::now() < deadline) std::this_thread::yield();
+  ASSERT_TRUE(test::wait_until([&] { return control_.holder().has_value(); }));
   EXPECT_EQ(asked, 1) << "again only when the calls of others are over";
   earlier.reset();
   attempt.join();

@@ -220,9 +220,7 @@ TEST_F(ControlledCalls, ALeaseThatRanOutWithoutAServantStopsTheArmWhenThereIsOne
     open_at_rest();
     if (!begin_long_motion_briefly()) return false;
     called_.reset();
-    const auto begin = std::chrono::steady_clock::now();
-    while (std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(700))
-      std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
     return last_snapshot(task_->task(), now) && now.state == RtState::kMoving;
   })) << "the motion outlives its servant";
   open();

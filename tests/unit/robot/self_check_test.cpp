@@ -4,19 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <thread>
+
+#include "support/wait_until.h"
 
 namespace corbot::self_check_test {
 namespace {
 
-using namespace std::chrono_literals;
-
 bool becomes(SelfCheck& check, bool passes) {
-  const auto deadline = std::chrono::steady_clock::now() + 20s;
-  while (check.passes() != passes) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::yield();
-  }
-  return true;
+  return test::wait_until([&] { return check.passes() == passes; });
 }
 
 TEST(SelfCheck, PassesWhereThereIsNone) {
@@ -58,8 +54,7 @@ TEST(SelfCheck, TimeInWhichNobodyLookedDoesNotCount) {
   check.start([&] { return answers.load(); });
   EXPECT_TRUE(check.passes());
   answers = false;
-  const auto until = std::chrono::steady_clock::now() + 2 * SelfCheck::kHolds;
-  while (std::chrono::steady_clock::now() < until) std::this_thread::yield();
+  std::this_thread::sleep_for(2 * SelfCheck::kHolds);
   EXPECT_TRUE(check.passes());
   EXPECT_TRUE(becomes(check, false));
 }
