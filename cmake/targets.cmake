@@ -92,11 +92,13 @@ endfunction()
 # under the label of the tier. LONG names cases of the tier long, in the syntax of --gtest_filter: repetitions
 # on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
 # ORBit2, if that is built. COMPUTES marks a program that computes for long. It is optimised like the
-# products. One of its cases runs at a time, from the beginning on. The other programs mostly wait, and are
-# compiled for a short build. PROCESSORS is the number of ctest's processors that a case takes, of which
-# scripts/common.sh sets eight for each of the machine's. COST: ctest begins the tests with the highest number
-# first, so that no long one remains for the end. ALONE: ctest runs no other test at the same time. A
-# real-time thread that computes for seconds delays the kernel's work for pseudo-terminals, among others.
+# products. The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of
+# ctest's processors that a case takes, of which scripts/common.sh sets six for each of the machine's. A case
+# that computes takes six. On two processors ctest never has six free while shorter cases wait, so those that
+# compute run last: emulated serial devices answer late beside them. COST: ctest begins the tests with the
+# highest number first, so that no long one remains for the end. ALONE: ctest runs no other test at the same
+# time. A real-time thread that computes for seconds delays the kernel's work for pseudo-terminals, among
+# others.
 function(corbot_test name)
   cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG"
     "SOURCES;LIBS;DEPENDS" ${ARGN})
@@ -131,12 +133,11 @@ function(corbot_test name)
   endif()
   if(NOT arg_PROCESSORS)
     set(arg_PROCESSORS 1)
+    if(arg_COMPUTES)
+      set(arg_PROCESSORS 6)
+    endif()
   endif()
   set(properties TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS})
-  if(arg_COMPUTES)
-    set(arg_COST 60)
-    list(APPEND properties RESOURCE_LOCK ${name})
-  endif()
   if(arg_COST)
     list(APPEND properties COST ${arg_COST})
   endif()

@@ -6,9 +6,9 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
-# Prints the number of ctest's processors, of which a test takes one or more. Each is an eighth of one of the
+# Prints the number of ctest's processors, of which a test takes one or more. Each is a sixth of one of the
 # machine's: most tests wait, and the others declare their load.
-test_jobs() { echo $(($(nproc) * 8)); }
+test_jobs() { echo $(($(nproc) * 6)); }
 
 # run_tests DIR ARGUMENT...: runs the tests of the build directory DIR with these arguments for ctest. At the
 # end it prints the last lines of each failed test again, because a report may keep only the end of the log.

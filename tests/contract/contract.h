@@ -13,6 +13,7 @@
 #include "contract/driver.h"
 #include "contract/system_call_watch.h"
 #include "corbot/units.h"
+#include "rt/backends/bus/device_error.h"
 #include "support/paths.h"
 #include "support/process.h"
 #include "support/scratch.h"
@@ -34,8 +35,7 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
     profile_ = parse_profile(text_with(fixture_->backend_section()), "contract");
     facts_ = fixture_->facts();
     home_ = pose(1500.0);
-    backend_ = fixture_->make(profile_, stop_);
-    fixture_->attach(*backend_);
+    make_backend();
   }
   void TearDown() override {
     if (driver_) driver_->end();
@@ -67,8 +67,25 @@ class Contract : public ::testing::TestWithParam<DeviceFixtureKind> {
     result.opening = (pulse_us.back() - gripper.closed_us) / (gripper.open_us - gripper.closed_us);
     return result;
   }
+  /// Makes a backend for the device.
+  void make_backend() {
+    backend_ = fixture_->make(profile_, stop_);
+    fixture_->attach(*backend_);
+  }
+  /// Opens the backend. An emulator on a busy machine can answer late. Another backend then opens the device,
+  /// as after a supervisor's restart.
   void open() {
-    backend_->open(Driver::frame(profile_.arm, home_));
+    constexpr int kMostTries = 5;
+    for (int tries = 1;; ++tries) {
+      try {
+        backend_->open(Driver::frame(profile_.arm, home_));
+        break;
+      } catch (const rt::DeviceError& error) {
+        if (error.cause() != DeviceCause::kNoAnswer || tries == kMostTries) throw;
+        backend_->close();
+        make_backend();
+      }
+    }
     driver_ = std::make_unique<Driver>(profile_.arm, *backend_, *fixture_, home_);
     driver_->start();
   }

@@ -150,8 +150,7 @@ TEST_P(Standby, AStartInErrorWaitsForClear) {
   driver_->end();
   driver_.reset();
   backend_->close();
-  backend_ = fixture_->make(profile_, stop_);
-  fixture_->attach(*backend_);
+  make_backend();
   const std::size_t from = fixture_->outputs().size();
   ServoFrame first = Driver::frame(profile_.arm, home_);
   first.needs_clear = first.power_off = true;
