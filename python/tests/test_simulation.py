@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import corbot
-from corbot.simulation import find_profile, find_program
+from corbot.simulation import _free_ports, find_profile, find_program
 from support import until
 
 
@@ -22,6 +22,10 @@ def is_alive(process: int) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+def test_no_port_is_one_of_the_profiles() -> None:
+    assert all(2000 <= _free_ports(8) <= 9992 for _ in range(200))
 
 
 def test_the_robot_is_taken_down_at_the_end() -> None:
