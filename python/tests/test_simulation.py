@@ -43,6 +43,19 @@ def test_the_robot_is_taken_down_at_the_end() -> None:
         robot.wait(1)
 
 
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+def test_a_robot_that_starts_again_at_its_port_is_found(
+    end: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = _free_ports(1)
+    monkeypatch.setattr(corbot.simulation, "_free_ports", lambda _: port)
+    robot = corbot.simulated()
+    for _ in range(2):  # the client keeps its connection to the first
+        with robot as arm:
+            assert arm.state.status is corbot.Status.STANDBY
+            os.kill(robot.processes["servant_pid"], end)
+
+
 def test_the_end_of_one_that_was_never_started_has_no_effect() -> None:
     corbot.simulated().end()
 

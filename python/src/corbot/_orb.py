@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import _signal  # private, but no public module has it; the enumerations of signal.signal cost 8 us a call
 import atexit
+import contextlib
 import os
 import threading
 import time
@@ -44,6 +45,7 @@ MOST_JOINTS: int = Corbot._tc_JointCoord.content_type().length()
 
 _LAST_CALLS = 2.0  # seconds; the calls that wait for a motion return after 0.1 s on an idle machine
 _HELD_BACK = 10.0  # seconds, in which Python ends
+_KEPT_CONNECTIONS = 5  # omniORB's maxGIOPConnectionPerServer
 
 _threads_inside: set[int] = set()  # the threads, except the main one, that are inside the ORB
 _is_started = False
@@ -135,7 +137,7 @@ def connect(address: str, timeout: float, *interfaces: Any) -> Any:
         reference = _reference(address, timeout)
         set_timeout(reference, timeout)
         try:
-            found = next(filter(None, map(reference._narrow, interfaces)), None)
+            found = next(filter(None, (_ask(reference._narrow, each) for each in interfaces)), None)
         except CORBA.TRANSIENT as error:
             raise RobotNotFound(address, "nobody answers there") from error
         except CORBA.COMM_FAILURE as error:
@@ -150,6 +152,17 @@ def connect(address: str, timeout: float, *interfaces: Any) -> Any:
     return found
 
 
+def _ask(operation: Callable[..., Any], *arguments: Any) -> Any:
+    """Call an operation that changes nothing, again where a kept connection has been closed.
+
+    The ORB keeps up to `_KEPT_CONNECTIONS` to a port. If that server has ended, another may listen there.
+    """
+    for _ in range(_KEPT_CONNECTIONS):
+        with contextlib.suppress(CORBA.COMM_FAILURE):
+            return operation(*arguments)
+    return operation(*arguments)
+
+
 def _reference(address: str, timeout: float) -> Any:
     """Give the reference of an address; a naming service resolves a corbaname."""
     context, _, name = address.partition("#")
@@ -161,7 +174,7 @@ def _reference(address: str, timeout: float) -> Any:
             f"corbaloc:{where}" if "/" in where else f"corbaloc:{where}/NameService"
         )
         set_timeout(service, timeout)
-        return service._narrow(CosNaming.NamingContextExt).resolve_str(unquote(name))
+        return _ask(service._narrow, CosNaming.NamingContextExt).resolve_str(unquote(name))
     except (CORBA.TRANSIENT, CORBA.TIMEOUT, CORBA.COMM_FAILURE, CORBA.OBJECT_NOT_EXIST) as error:
         raise RobotNotFound(address, "no naming service answers there") from error
     except CORBA.UserException as error:
