@@ -32,11 +32,21 @@ function(corbot_on_orbit2 target)
 endfunction()
 
 if(CORBOT_SANITIZE)
-  # -O1 and line tables take half the build time of -O2 -g, with an equally good stack trace.
-  add_compile_options(-fsanitize=${CORBOT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1
+  # -O0 takes half the build time of -O1, which would mostly optimise the sanitizer's own checks. Line tables
+  # give as good a stack trace as -g.
+  add_compile_options(-fsanitize=${CORBOT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O0
     -gline-tables-only)
   add_link_options(-fsanitize=${CORBOT_SANITIZE})
+  if(CORBOT_SANITIZE MATCHES undefined)
+    add_compile_options(-fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/cmake/sanitizer_ignores.txt)
+  endif()
 endif()
+
+# Marks a target in which tests compute for long. Tests and sanitizers' builds are not optimised elsewhere.
+function(corbot_computes target)
+  target_compile_options(${target} PRIVATE
+    $<$<NOT:$<CONFIG:Debug>>:$<IF:$<BOOL:${CORBOT_SANITIZE}>,-O1,-O2>>)
+endfunction()
 
 # Each test has a tier. A test of the tier core runs in one process. A test of process needs real processes,
 # ORBs, sockets or signals. The gate skips tests of long, which take too much time. The gate also runs core
@@ -74,6 +84,18 @@ function(corbot_check_no_promise long_cases)
   endforeach()
 endfunction()
 
+# Registers a core program under a sanitizer: each test is a twelfth of its cases. A start of the program
+# takes longer than most cases.
+function(corbot_discover_shares name long_cases label)
+  set(shares 12)
+  math(EXPR last "${shares} - 1")
+  foreach(share RANGE ${last})
+    add_test(NAME ${name}.${share} COMMAND ${name} "--gtest_filter=-${long_cases}")
+    set_tests_properties(${name}.${share} PROPERTIES ${ARGN} LABELS ${label}
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${shares};GTEST_SHARD_INDEX=${share}")
+  endforeach()
+endfunction()
+
 # Registers the cases of a program; those in `long_cases` get the label long.
 function(corbot_discover name prefix long_cases label)
   set(options DISCOVERY_TIMEOUT 60 TEST_PREFIX "${prefix}")
@@ -91,8 +113,8 @@ endfunction()
 # corbot_test(NAME TIER tier SOURCES… LIBS …) adds one GoogleTest program and registers its cases with ctest
 # under the label of the tier. LONG names cases of the tier long, in the syntax of --gtest_filter: repetitions
 # on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
-# ORBit2, if that is built. COMPUTES marks a program that computes for long. It is optimised like the
-# products. The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of
+# ORBit2, if that is built. COMPUTES marks a program that computes for long, and is optimised therefore.
+# The other programs mostly wait. PROCESSORS is the number of
 # ctest's processors that a case takes, of which scripts/common.sh sets six for each of the machine's. A case
 # that computes takes six. On two processors ctest never has six free while shorter cases wait, so those that
 # compute run last: emulated serial devices answer late beside them. COST: ctest begins the tests with the
@@ -105,14 +127,8 @@ function(corbot_test name)
   corbot_check_tier(${name} "${arg_TIER}")
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
-  if(NOT arg_COMPUTES)
-    set(optimised -Og)
-    if(CORBOT_SANITIZE)
-      set(optimised -O0)  # a third of the build time of -O1
-    endif()
-    # At -Og GCC considers variables that the library's own code sets as uninitialised.
-    target_compile_options(${name} PRIVATE $<$<NOT:$<CONFIG:Debug>>:${optimised}>
-      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+  if(arg_COMPUTES)
+    corbot_computes(${name})
   endif()
   target_link_libraries(${name} PRIVATE ${arg_LIBS} corbot_test_headers GTest::gtest GTest::gmock
     GTest::gtest_main)
@@ -143,6 +159,10 @@ function(corbot_test name)
   endif()
   if(arg_ALONE)
     list(APPEND properties RUN_SERIAL TRUE)
+  endif()
+  if(CORBOT_SANITIZE AND arg_TIER STREQUAL core)
+    corbot_discover_shares(${name} "${arg_LONG}" ${label} ${properties})
+    return()
   endif()
   corbot_discover(${name} "" "${arg_LONG}" ${label} ${properties})
   if(arg_BOTH_ORBS AND TARGET corbot-servant-orbit2)

@@ -32,7 +32,7 @@ TEST(Capsule, DistanceIsThatOfSampledPoints) {
   std::uniform_real_distribution<double> coordinate(-0.3, 0.3);
   const auto point = [&] { return Vector3d(coordinate(random), coordinate(random), coordinate(random)); };
   constexpr int kSteps = 100;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 100; ++i) {
     Capsule a{point(), point(), 0.02};
     Capsule b{point(), point(), 0.03};
     if (i % 5 == 1) b.to_m = b.from_m + 0.5 * (a.to_m - a.from_m);  // parallel

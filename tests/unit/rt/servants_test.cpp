@@ -291,7 +291,7 @@ TEST_F(Servants, AStopOfAnotherProcessIsNotTheNumberOfTheServantsNext) {
 /// The mailbox between two threads: an offer that is confirmed is no longer read.
 TEST(ServantMailbox, HandsOverTheNewest) {
   ServantMailbox mailbox;
-  constexpr std::uint64_t kOffers = 2000;
+  constexpr std::uint64_t kOffers = 500;
   std::thread cycle([&] {
     for (std::uint64_t last = 0; last < kOffers;) {
       const ServantOffer* const offer = mailbox.take();
