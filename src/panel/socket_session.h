@@ -41,7 +41,7 @@ class SocketSession : public Session {
   [[nodiscard]] std::shared_ptr<SocketSession> self();
 
   Hub& hub_;
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  boost::beast::websocket::stream<boost::beast::tcp_stream, false> socket_;  // does not compress
   boost::beast::flat_buffer buffer_;
   bool is_open_{false};
   std::shared_ptr<const std::string> sending_;

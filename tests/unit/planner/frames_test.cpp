@@ -218,7 +218,7 @@ TEST(Solutions, TellTheErrorOfAnOrientationThatTheArmCannotTake) {
   Pose pose = arm.kinematics.forward(q);
   pose.orientation = about({1.0, 0.0, 0.0}, 0.25) * pose.orientation;
   const auto found = solutions_at(arm, {}, pose, q);
-  ASSERT_TRUE(std::holds_alternative<std::vector<PoseSolution>>(found));
+  ASSERT_TRUE(std::holds_alternative<std::vector<PoseSolution>>(found)) << std::get<PlanRefusal>(found).text;
   const auto& all = std::get<std::vector<PoseSolution>>(found);
   EXPECT_EQ(all.size(), 2u);
   for (const PoseSolution& one : all) EXPECT_NEAR(one.orientation_error_rad, 0.25, 1e-9);
