@@ -86,13 +86,13 @@ function(corbot_check_no_promise long_cases)
 endfunction()
 
 # Registers a core program under a sanitizer: each test is a twelfth of its cases. A start of the program
-# takes longer than most cases.
+# takes longer than most cases. The limit is that of many cases, beside others.
 function(corbot_discover_shares name long_cases label)
   set(shares 12)
   math(EXPR last "${shares} - 1")
   foreach(share RANGE ${last})
     add_test(NAME ${name}.${share} COMMAND ${name} "--gtest_filter=-${long_cases}")
-    set_tests_properties(${name}.${share} PROPERTIES ${ARGN} LABELS ${label}
+    set_tests_properties(${name}.${share} PROPERTIES ${ARGN} LABELS ${label} TIMEOUT 900
       ENVIRONMENT "GTEST_TOTAL_SHARDS=${shares};GTEST_SHARD_INDEX=${share}")
   endforeach()
 endfunction()
@@ -114,9 +114,9 @@ endfunction()
 # corbot_test(NAME TIER tier SOURCES… LIBS …) adds one GoogleTest program and registers its cases with ctest
 # under the label of the tier. LONG names cases of the tier long, in the syntax of --gtest_filter: repetitions
 # on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
-# ORBit2, if that is built. COMPUTES marks a program that computes for long, and is optimised therefore.
-# The other programs mostly wait. PROCESSORS is the number of
-# ctest's processors that a case takes, of which scripts/common.sh sets six for each of the machine's. A case
+# ORBit2, if that is built. COMPUTES marks a program that computes for long. Every build optimises these.
+# The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of ctest's
+# processors that a case takes, of which scripts/common.sh sets six for each of the machine's. A case
 # that computes takes six. On two processors ctest never has six free while shorter cases wait, so those that
 # compute run last: emulated serial devices answer late beside them. COST: ctest begins the tests with the
 # highest number first, so that no long one remains for the end. ALONE: ctest runs no other test at the same
