@@ -15,6 +15,8 @@ phase() {
 
 finish() {
   local status=$?
+  if [ -n "$beside" ]; then kill -- "-$beside" 2> /dev/null || true; fi
+  if [ -n "$autogroup" ]; then echo "$autogroup" > "$autogroup_file" || true; fi
   if [ ${#durations[@]} -gt 0 ]; then printf '%s\n' "${durations[@]}"; fi
   if [ "$status" -eq 0 ]; then
     say "$run_name passed in $SECONDS s"
@@ -45,12 +47,47 @@ check_sanitizer() {
   run_tests "build/$1" -L "$3"
 }
 
+# beside COMMAND...: runs the command at idle priority beside the next phases, until the phase `join`. With
+# automatic groups it would delay them, and runs before them.
+beside() {
+  if [ "$(cat "$autogroup_file" 2> /dev/null)" = 1 ]; then
+    "$@"
+    return
+  fi
+  set -m  # gives the command a process group, by which the end of the run ends all of it
+  (chrt --idle --pid 0 "$BASHPID" && "$@") > build/beside.log 2>&1 &
+  beside=$!
+  set +m
+}
+
+# Waits for the command of `beside`, prints its output, and fails if it failed.
+join() {
+  local status=0
+  [ -n "$beside" ] || return 0
+  wait "$beside" || status=$?
+  beside=''
+  cat build/beside.log
+  return "$status"
+}
+
+# Turns off the kernel's automatic groups of tasks, if the run may, until its end. With groups, the worker of
+# Linux 6.18 that carries the bytes of pseudo-terminals waits up to a minute beside programs that compute.
+without_autogroup() {
+  autogroup=$(cat "$autogroup_file" 2> /dev/null) || true
+  if [ "$autogroup" = 1 ] && echo 0 2> /dev/null > "$autogroup_file"; then return; fi
+  [ "$autogroup" != 1 ] || say "kernel.sched_autogroup_enabled stays 1: only root can change it"
+  autogroup=''
+}
+
 # begin_run NAME: begins the times and the report. Sockets that are newer count as remains of the tests.
 begin_run() {
   run_name=$1
+  beside=''
+  autogroup_file=/proc/sys/kernel/sched_autogroup_enabled
   mkdir -p build
   stamp=build/run-began
   touch "$stamp"
+  without_autogroup
   trap finish EXIT
   trap 'exit 143' TERM INT HUP
 }
