@@ -85,6 +85,16 @@ Finding isolation(const MachineFiles& files, std::optional<int> wanted) {
           fmt::format("add isolcpus={0} nohz_full={0} to the kernel's command line", cpu)};
 }
 
+/// Examines the kernel's automatic groups of tasks. They were seen to hold back the kernel's own worker for
+/// received bytes, on Linux 6.18: docs/figures.md, "Automatic groups of tasks".
+Finding task_groups(const MachineFiles& files) {
+  if (first_line(files.proc + "/sys/kernel/sched_autogroup_enabled") != "1") return ok("task groups", "none");
+  return {Level::kWarn, "task groups",
+          "the kernel groups tasks: beside programs that compute, a serial device's replies may come seconds "
+          "late",
+          "sysctl kernel.sched_autogroup_enabled=0"};
+}
+
 /// Checks that shared memory can be sealed against writing by others. Servant and real-time task share such
 /// memory.
 Finding shared_memory() {
@@ -125,8 +135,8 @@ bool cpu_list_contains(std::string_view list, int cpu) {
 }
 
 std::vector<Finding> examine_machine(const MachineFiles& files, std::optional<int> cpu) {
-  return {kernel(files), clock_source(files), governor(files, cpu.value_or(-1)), isolation(files, cpu),
-          shared_memory()};
+  return {kernel(files),         clock_source(files), governor(files, cpu.value_or(-1)),
+          isolation(files, cpu), task_groups(files),  shared_memory()};
 }
 
 std::vector<Finding> examine_privileges(int priority) {

@@ -28,11 +28,13 @@ class Machine : public testing::Test {
     std::string path = testing::TempDir() + "corbot-doctor-XXXXXX";
     root_ = ::mkdtemp(path.data());
     files_.sys = (root_ / "sys").string();
+    files_.proc = (root_ / "proc").string();
   }
   ~Machine() override { fs::remove_all(root_); }
 
-  void put(const std::string& file, const std::string& text) const {
-    const fs::path path = root_ / "sys" / file;
+  void put(const std::string& file, const std::string& text) const { put_below("sys", file, text); }
+  void put_below(const char* top, const std::string& file, const std::string& text) const {
+    const fs::path path = root_ / top / file;
     fs::create_directories(path.parent_path());
     std::ofstream(path) << text << "\n";
   }
@@ -59,6 +61,15 @@ TEST_F(Machine, GovernorMustBePerformance) {
   EXPECT_THAT(find("cpu frequency", 2).fix, HasSubstr("performance"));
   put("devices/system/cpu/cpu2/cpufreq/scaling_governor", "performance");
   EXPECT_EQ(find("cpu frequency", 2).level, Level::kOk);
+}
+
+TEST_F(Machine, TaskGroupsAreReported) {
+  EXPECT_EQ(find("task groups").level, Level::kOk);
+  put_below("proc", "sys/kernel/sched_autogroup_enabled", "1");
+  EXPECT_EQ(find("task groups").level, Level::kWarn);
+  EXPECT_THAT(find("task groups").fix, HasSubstr("sched_autogroup_enabled=0"));
+  put_below("proc", "sys/kernel/sched_autogroup_enabled", "0");
+  EXPECT_EQ(find("task groups").level, Level::kOk);
 }
 
 TEST_F(Machine, SlowClockSourceIsReported) {
