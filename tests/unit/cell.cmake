@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The first program tests the cell's rooms in one process, the second one each program of the cell.
+# The first program tests the cell's rooms that have threads, the second one the others, each in one process.
+# The third one tests each program of the cell.
 if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
   return()
 endif()
@@ -10,11 +11,18 @@ list(FILTER sources EXCLUDE REGEX ${clients_REGEX})
 set(programs ${sources})
 list(FILTER sources EXCLUDE REGEX ${parts_REGEX})
 list(FILTER programs INCLUDE REGEX ${parts_REGEX})
+set(threads_REGEX "/cell_(store|worker)/|/scene_test|/activity_test")
+set(models ${sources})
+list(FILTER sources INCLUDE REGEX ${threads_REGEX})
+list(FILTER models EXCLUDE REGEX ${threads_REGEX})
 corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
-  LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config
-       corbot::sim_scene
-       corbot::config corbot::backends corbot_process tinyxml fmt::fmt)
+  LIBS corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene
+       corbot::config corbot::backends corbot_process fmt::fmt)
+corbot_test(test_cell_models TIER core
+  SOURCES ${models}
+  LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_config corbot::sim_scene corbot::config
+       corbot::backends corbot_process tinyxml fmt::fmt)
 corbot_test(test_cell_programs TIER process
   SOURCES ${programs} cell_worker/fake_cell.cpp
   LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_remote corbot::cell_store
