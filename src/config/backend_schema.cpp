@@ -31,9 +31,9 @@ void read_loopback(Section section, LoopbackOptions& options, CommonBackendOptio
 
 bool is_line(std::string_view port) {
   constexpr std::string_view kUnix = "unix:";
-  if (!port.starts_with(kUnix)) return port.starts_with("/");
+  if (!port.starts_with(kUnix)) return port.starts_with('/');
   port.remove_prefix(kUnix.size());
-  return port.starts_with("/") && port.size() > 1 && port.size() <= kLongestSocket;
+  return port.starts_with('/') && port.size() > 1 && port.size() <= kLongestSocket;
 }
 
 /// Features of a kind of serial controller.

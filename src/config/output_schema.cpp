@@ -20,7 +20,7 @@ constexpr double kSlot_us = 2700.0;             // for a staggered pulse: the lo
 
 std::string read_path(Section& section, std::string_view key, std::string_view example) {
   std::string path = section.text(key).value_or("");
-  if (section.has(key) && !path.starts_with("/")) {
+  if (section.has(key) && !path.starts_with('/')) {
     section.refuse(key, fmt::format("must be a path, such as {}", example));
   }
   return path;

@@ -151,10 +151,10 @@ std::optional<PlanRefusal> PathPlanner::check_ends(const PlanStart& start, const
   // The target comes first: of all points out of reach, the caller has given this one.
   const IkSolution end = proof.joints_at(1.0);
   if (end.status != IkStatus::kOk) return unreachable(target.position_m, end, "the target");
-  if (auto refusal = check_start(start, proof.joints_at(0.0))) return *refusal;
+  if (auto refusal = check_start(start, proof.joints_at(0.0))) return refusal;
   for (std::size_t i = 0; i < model_.dof; ++i) {
     if (in_range(model_.joints[i], end.joints_q[i])) continue;
-    if (auto singular = proof.singularity_before(1.0)) return *singular;
+    if (auto singular = proof.singularity_before(1.0)) return singular;
     return range_at_target(i, end.joints_q[i], target);
   }
   return std::nullopt;

@@ -33,8 +33,9 @@ const char* name_of(int32_t frame) {
       return "OffsetInBase";
     case CORBOT_OFFSET_IN_TOOL:
       return "OffsetInTool";
+    default:
+      return "unknown frame";
   }
-  return "unknown frame";
 }
 
 corbot_status move_relative(corbot_robot* robot, const corbot_caller* caller, const char* name,

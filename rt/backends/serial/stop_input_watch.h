@@ -52,7 +52,9 @@ class StopInputWatch {
   /// Returns the state, after a query or in its place.
   [[nodiscard]] StopInputLevel look() noexcept {
     if (!is_heard_) return StopInputLevel::kUnheard;
-    return looks_pressed_ > 0 && looks_pressed_-- > 0 ? StopInputLevel::kPressed : StopInputLevel::kReleased;
+    if (looks_pressed_ <= 0) return StopInputLevel::kReleased;
+    --looks_pressed_;
+    return StopInputLevel::kPressed;
   }
   [[nodiscard]] bool is_heard() const noexcept { return is_heard_; }
 

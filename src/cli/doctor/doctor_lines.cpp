@@ -27,7 +27,7 @@ std::optional<rt::GpioLineInfo> examine_line(const Lines& lines, const std::stri
                                              const DeviceAccess& access, bool is_up, Findings& findings) {
   const std::string text = fmt::format("{}: {}, line {}", lines.what, lines.chip, line);
   try {
-    const rt::GpioLineInfo info = access.gpio->info(lines.chip, line);
+    rt::GpioLineInfo info = access.gpio->info(lines.chip, line);
     if (!info.consumer) return info;
     const bool is_ours = info.consumer->starts_with("corbot");
     const std::string held = fmt::format("{} is held by {}", text, describe_consumer(*info.consumer));

@@ -143,12 +143,12 @@ std::string beside_executable(const std::string& program) {
 }
 
 std::optional<std::string> find_program(const std::string& program) {
-  const std::string beside = beside_executable(program);
+  std::string beside = beside_executable(program);
   if (beside.find('/') != std::string::npos) return beside;
   const char* path = std::getenv("PATH");
   std::istringstream directories(path != nullptr ? path : "");
   for (std::string directory; std::getline(directories, directory, ':');) {
-    const std::string file = fmt::format("{}/{}", directory, program);
+    std::string file = fmt::format("{}/{}", directory, program);
     if (::access(file.c_str(), X_OK) == 0) return file;
   }
   return std::nullopt;
