@@ -66,6 +66,7 @@ set(CORBOT_TIERS core process long)
 # THREADS marks the programs that also run under the thread sanitizer. Their label is core-threads or
 # process-threads, one word because the discovery of GoogleTest's cases splits lists. The libraries of the ORB
 # and of OpenCV are not instrumented. Code that goes through them would report false races.
+# The gate's sanitizers skip tests that are marked with SANITIZED_AT_NIGHT, which compute much.
 add_custom_target(corbot_core_tests)
 add_custom_target(corbot_threads_tests)
 
@@ -133,9 +134,12 @@ endfunction()
 # time. A real-time thread that computes for seconds delays the kernel's work for pseudo-terminals, among
 # others.
 function(corbot_test name)
-  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG"
+  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;SANITIZED_AT_NIGHT;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG"
     "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
+  if(CORBOT_SANITIZE AND arg_SANITIZED_AT_NIGHT)
+    set(arg_TIER long)
+  endif()
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
   if(arg_COMPUTES)
@@ -173,7 +177,7 @@ function(corbot_test name)
   if(arg_ALONE)
     list(APPEND properties RUN_SERIAL TRUE)
   endif()
-  if(CORBOT_SANITIZE AND arg_TIER STREQUAL core)
+  if(CORBOT_SANITIZE AND (arg_TIER STREQUAL core OR arg_SANITIZED_AT_NIGHT))
     corbot_discover_shares(${name} "${arg_LONG}" ${label} ${properties})
     return()
   endif()
@@ -186,8 +190,11 @@ endfunction()
 
 # corbot_command_test(NAME TIER tier COMMAND … PROPERTIES …) adds a test that is no GoogleTest program.
 function(corbot_command_test name)
-  cmake_parse_arguments(arg "THREADS" "TIER" "COMMAND;PROPERTIES" ${ARGN})
+  cmake_parse_arguments(arg "SANITIZED_AT_NIGHT;THREADS" "TIER" "COMMAND;PROPERTIES" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
+  if(CORBOT_SANITIZE AND arg_SANITIZED_AT_NIGHT)
+    set(arg_TIER long)
+  endif()
   add_test(NAME ${name} COMMAND ${arg_COMMAND})
   set(label ${arg_TIER})
   if(arg_THREADS)
