@@ -28,13 +28,14 @@ run_tests() {
 }
 
 # build_preset PRESET [-D… for the configuration] [--target names]: configures and builds build/PRESET, with
-# ccache if it is installed.
+# ccache if it is installed. An object of another clone with the same sources is a hit, too.
 build_preset() {
   local preset=$1 configuration=() build=() option
   for option in "${@:2}"; do
     case $option in -D*) configuration+=("$option") ;; *) build+=("$option") ;; esac
   done
   if command -v ccache > /dev/null; then
+    export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
     configuration+=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
   fi
   cmake --preset "$preset" "${configuration[@]}" > /dev/null ||
