@@ -134,8 +134,8 @@ endfunction()
 # time. A real-time thread that computes for seconds delays the kernel's work for pseudo-terminals, among
 # others.
 function(corbot_test name)
-  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;SANITIZED_AT_NIGHT;THREADS" "TIER;TIMEOUT;PROCESSORS;COST;LONG"
-    "SOURCES;LIBS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;SANITIZED_AT_NIGHT;THREADS"
+    "TIER;TIMEOUT;PROCESSORS;COST;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
   if(CORBOT_SANITIZE AND arg_SANITIZED_AT_NIGHT)
     set(arg_TIER long)
