@@ -2,9 +2,9 @@
 # Defines how all targets are compiled and linked.
 
 # Sets the compile options of every target of this project; generated code is not compiled with them.
-# CORBOT_UNITY compiles up to 16 sources of a target as one, because included headers take most of the time.
+# CORBOT_UNITY compiles up to 32 sources of a target as one, because included headers take most of the time.
 function(corbot_target target)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${CORBOT_UNITY} UNITY_BUILD_BATCH_SIZE 16)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${CORBOT_UNITY} UNITY_BUILD_BATCH_SIZE 32)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
     -Wno-sign-conversion -Werror)
   target_link_libraries(${target} PRIVATE corbot::headers Threads::Threads)

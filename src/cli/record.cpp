@@ -28,7 +28,7 @@ using client::OnSignal;
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr double kPollInterval_s = 0.02;            // the trace holds seconds: a late wake-up loses nothing
+constexpr double kReadInterval_s = 0.02;            // the trace holds seconds: a late wake-up loses nothing
 constexpr auto kSilence = std::chrono::seconds(1);  // without a cycle: check whether the robot is still up
 
 const char* to_string(RtState state) {
@@ -257,7 +257,7 @@ void record(const RecordOptions& options, const OnSignal& on_signal) {
   std::string rows;
   std::string end;
   for (bool more = true; more;) {
-    double pause = kPollInterval_s;
+    double pause = kReadInterval_s;
     if (options.for_s > 0) {
       const double left = options.for_s - std::chrono::duration<double>(Clock::now() - begin).count();
       pause = std::min(pause, left);

@@ -26,10 +26,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
 /// Shows the statements: on a terminal one line that is redrawn, elsewhere a line for each statement.
 class Display {
  public:
@@ -128,7 +124,8 @@ void run_program(Client& client, const Program& program) {
     throw;
   }
   display.end();
-  fmt::print("done: {} in {:.1f} s\n", counted(program), seconds_since(begin));
+  const std::chrono::duration<double> took = Clock::now() - begin;
+  fmt::print("done: {} in {:.1f} s\n", counted(program), took.count());
 }
 
 }  // namespace corbot::cli

@@ -8,7 +8,7 @@
 namespace corbot {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{20};
+constexpr std::chrono::milliseconds kLongestLook{20};
 
 }  // namespace
 
@@ -189,7 +189,7 @@ bool TicketTable::wait_ended(std::uint64_t from, std::uint64_t through,
     const bool is_last = patience.is_over();
     if (all_ended()) return true;
     if (closed_ || suspended_ || is_last) return false;
-    ended_.wait_for(lock, std::min<std::chrono::duration<double>>(kLook, bound));
+    ended_.wait_for(lock, std::min<std::chrono::duration<double>>(kLongestLook, bound));
   }
 }
 
