@@ -353,11 +353,11 @@ TEST_F(Control, AThousandTimes) {
   };
   constexpr int kCycles = 1000;
   for (int i = 0; i < kCycles / 4; ++i) cycle(i);
-  const long warm_kb = servant_->resident_kb();
+  const long warm_kb = servant_->anonymous_kb();
   const auto before = descriptors();
   for (int i = kCycles / 4; i < kCycles; ++i) cycle(i);
   EXPECT_EQ(descriptors(), before);
-  const long grown_kb = servant_->resident_kb() - warm_kb;
+  const long grown_kb = servant_->anonymous_kb() - warm_kb;
   fmt::print("{} cycles: {} kB after a quarter of them, {} kB more at the end\n", kCycles, warm_kb, grown_kb);
   if (!CORBOT_SANITIZED) {  // a sanitizer keeps what is freed
     EXPECT_LT(grown_kb, 300) << "750 cycles that leave 512 bytes each";

@@ -165,10 +165,10 @@ std::optional<std::string> Process::wait_line(const std::string& prefix, Deadlin
   }
 }
 
-long Process::resident_kb() const {
+long Process::anonymous_kb() const {
   std::ifstream file("/proc/" + std::to_string(pid_) + "/status");
   for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("VmRSS:")) return std::stol(line.substr(6));
+    if (line.starts_with("RssAnon:")) return std::stol(line.substr(8));
   }
   return -1;
 }

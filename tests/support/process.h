@@ -51,8 +51,8 @@ class Process {
 
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] bool running();
-  /// Returns the resident memory now, in kilobytes; −1 when the process has ended.
-  [[nodiscard]] long resident_kb() const;
+  /// Returns the resident memory now without pages of files, in kilobytes; −1 when the process has ended.
+  [[nodiscard]] long anonymous_kb() const;
 
   /// The first line from now on that begins with `prefix`; nothing when the output
   /// ends or the deadline passes first.
