@@ -100,8 +100,11 @@ TEST_F(TaskTest, AClearThatNobodyWaitedForIsSeen) {
   FakeTask task(name_, profile_.arm);
   task.run();
   open_robot();
+  const std::uint64_t stops = task.stop_count();
   std::thread caller([&] { EXPECT_EQ(status_of([&] { robot_->stop_and_hold("a person"); }), CORBOT_OK); });
-  ASSERT_TRUE(wait_until(within(30), [&] { return task.servant().control.hold_count == 1; }));
+  // The hold is counted first, and then the Stop.
+  ASSERT_TRUE(wait_until(within(30), [&] { return task.stop_count() == stops + 1; }));
+  EXPECT_EQ(task.servant().control.hold_count.load(), 1u);
   EXPECT_TRUE(robot_->view().held()) << "from the request on";
   ASSERT_TRUE(wait_until(within(30), [&] {
     task.change([&](Snapshot& now) {
