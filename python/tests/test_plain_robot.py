@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
@@ -92,6 +93,30 @@ def test_a_second_ctrl_c_leaves_it_moving(served: tuple[str, IO[str]]) -> None:
         assert "Ctrl-C again leaves it moving" in child.stderr.readline()
         child.send_signal(signal.SIGINT)
         assert child.communicate(timeout=20)[1].endswith("KeyboardInterrupt\n")
+
+
+def test_ctrl_c_that_ends_no_wait_of_the_main_thread_counts(
+    served: tuple[str, IO[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Such is a signal just before the wait begins, and one that another thread receives."""
+    address, output = served
+    warned = threading.Event()
+    monkeypatch.setattr(warnings, "warn", lambda *_, **__: warned.set())
+
+    def interrupt_twice() -> None:
+        assert output.readline() == "begins\n"
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+        if warned.wait(20):
+            signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+    interrupts = threading.Thread(target=interrupt_twice)
+    interrupts.start()
+    arm = corbot.connect(address)
+    with pytest.raises(KeyboardInterrupt):
+        arm.move(0.3, 0, 0.1, time=30)
+    interrupts.join()
+    assert warned.is_set()
+    assert arm.call("_get_ArtiCoord") == [0.0], "the end of the motion is not awaited"
 
 
 def test_a_robot_that_dies_ends_its_motion(served: tuple[str, IO[str]]) -> None:

@@ -10,6 +10,7 @@ import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future
+from concurrent.futures import wait as wait_for
 from functools import cached_property, partial
 from types import TracebackType
 from typing import Any, Literal, SupportsIndex, TypeVar
@@ -488,15 +489,16 @@ class Arm:
         threading.Thread(target=call, daemon=True).start()  # on Ctrl-C before this line, nothing is called
         try:
             wanted.set()
-            ended.result()
+            _await(ended)
         except KeyboardInterrupt:
             if not wanted.is_set():
                 raise
             wanted.set()  # the first one may have woken no thread
             told = "This robot has no Stop: its motion is awaited. Ctrl-C again leaves it moving."
             warnings.warn(told, RuntimeWarning, stacklevel=4)
-            ended.exception()
+            _await(ended)
             raise
+        ended.result()
         return Motion(self, 0, MotionInfo(0, MotionState.DONE, 1.0, time.monotonic() - begun, ""))
 
     def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
@@ -527,6 +529,12 @@ class _Planner(Arm):
     def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
         self.found = self.call(f"Plan{operation}", *arguments)
         return Motion(self, 0)
+
+
+def _await(ended: Future[None]) -> None:
+    """Wait for the end in slices: Ctrl-C just before a wait begins does not end the wait."""
+    while not ended.done():
+        wait_for([ended], timeout=0.2)
 
 
 def _number(value: Any) -> float:
