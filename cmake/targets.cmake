@@ -140,7 +140,7 @@ endfunction()
 # on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
 # ORBit2, if that is built. COMPUTES marks a program that computes for long. Every build optimises these.
 # The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of ctest's
-# processors that a case takes, of which scripts/common.sh sets six for each of the machine's. A case
+# processors that a case takes, of which scripts/common.sh sets six or eight for each of the machine's. A case
 # that computes takes six. On two processors ctest never has six free while shorter cases wait, so those that
 # compute run last: emulated serial devices answer late beside them. COST: ctest begins the tests with the
 # highest number first, so that no long one remains for the end. ALONE: ctest runs no other test at the same

@@ -6,9 +6,16 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
 
+autogroup_file=/proc/sys/kernel/sched_autogroup_enabled
+
 # Prints the number of ctest's processors, of which a test takes one or more. Each is a sixth of one of the
-# machine's: most tests wait, and the others declare their load.
-test_jobs() { echo $(($(nproc) * 6)); }
+# machine's: most tests wait, and the others declare their load. Without the kernel's automatic groups of
+# tasks, which phases.sh explains, each is an eighth.
+test_jobs() {
+  local each=6
+  if [ "$(cat "$autogroup_file" 2> /dev/null)" = 0 ]; then each=8; fi
+  echo $(($(nproc) * each))
+}
 
 # run_tests DIR ARGUMENT...: runs the tests of the build directory DIR with these arguments for ctest. At the
 # end it prints the last lines of each failed test again, because a report may keep only the end of the log.

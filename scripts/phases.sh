@@ -83,7 +83,6 @@ without_autogroup() {
 begin_run() {
   run_name=$1
   beside=''
-  autogroup_file=/proc/sys/kernel/sched_autogroup_enabled
   mkdir -p build
   stamp=build/run-began
   touch "$stamp"
