@@ -78,8 +78,8 @@ set(CORBOT_TIERS core process long)
 # THREADS marks the programs that also run under the thread sanitizer. Their label is core-threads or
 # process-threads, one word because the discovery of GoogleTest's cases splits lists. The libraries of the ORB
 # and of OpenCV are not instrumented. Code that goes through them would report false races.
-# It skips the suites that ONE_THREAD names in the syntax of --gtest_filter: they compute in one thread, or
-# in processes. The gate's sanitizers skip tests that are marked with SANITIZED_AT_NIGHT, which compute much.
+# It skips the suites that ONE_THREAD names in the syntax of --gtest_filter, because they run in one thread.
+# The gate's sanitizers skip tests that are marked with SANITIZED_AT_NIGHT, which compute much.
 add_custom_target(corbot_core_tests)
 add_custom_target(corbot_threads_tests)
 
