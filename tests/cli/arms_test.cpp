@@ -10,7 +10,7 @@
 #include <string>
 
 #include "cli_rig.h"
-#include "support/paths.h"
+#include "support/test_arms.h"
 
 namespace corbot::test {
 namespace {
@@ -18,15 +18,13 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-std::string shipped(const std::string& arm) { return std::string(CORBOT_PROFILES) + "/" + arm + ".toml"; }
-
 class Arms : public CliRig {
  protected:
   pid_t pid_of(const char* key) { return state().value(key, 0); }
 };
 
 TEST_F(Arms, OfSixJointsMoveOnTheSimulator) {
-  up({}, shipped("puma560"));
+  up({}, profile_path("puma560"));
   ASSERT_EQ(corbot({"joints", "20", "-10", "5", "10", "15", "-20"}).code, 0);
   const auto joints = status().at("joints");
   ASSERT_EQ(joints.size(), 6u);
@@ -37,7 +35,7 @@ TEST_F(Arms, OfSixJointsMoveOnTheSimulator) {
 }
 
 TEST_F(Arms, OfSixJointsTakePosesOffsetsAndAnOrientation) {
-  up({}, shipped("puma560"));
+  up({}, profile_path("puma560"));
   const auto tool = [&](const char* key) { return status().at("tool").at(key).get<double>(); };
   const std::string x = fmt::format("{}", tool("x_m")), y = fmt::format("{}", tool("y_m")),
                     z = fmt::format("{}", tool("z_m"));
@@ -66,7 +64,7 @@ TEST_F(Arms, OfSixJointsTakePosesOffsetsAndAnOrientation) {
 }
 
 TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
-  std::ifstream stream(shipped("lynx5"));
+  std::ifstream stream(profile_path("lynx5"));
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   text.insert(text.find("name = "), "orientation_error_deg = 5\n");
   up({}, put("arm.toml", text));
@@ -80,7 +78,10 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
 }
 
 TEST_F(Arms, OnATableDoNotGoThroughIt) {
-  up({}, shipped("lynx5"));
+  std::string text = read_profile_text(CORBOT_SHIPPED_PROFILE);
+  const std::string gap = "gap_fault_ms = 100 ";
+  ASSERT_NE(text.find(gap), std::string::npos);
+  up({}, put("arm.toml", text.replace(text.find(gap), gap.size(), "gap_fault_ms = 10000 ")));
   ASSERT_EQ(corbot({"pitch", "-80"}).code, 0);
   for (const char* command : {"move", "moves"}) {
     const RunResult refused = corbot({command, "0.2", "0", "-0.06"});
@@ -95,7 +96,7 @@ TEST_F(Arms, OnATableDoNotGoThroughIt) {
 /// Without a closed form: to points, along lines and arcs, its tool turned as it was; what cannot be is
 /// refused.
 TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {
-  up({}, shipped("xarm6"));
+  up({}, profile_path("xarm6"));
   const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };
   ASSERT_EQ(corbot({"moves", "0.35", "0.1", "0.3"}).code, 0);
   EXPECT_NEAR(tool("x_m"), 0.35, 1e-9);
@@ -114,7 +115,7 @@ TEST_F(Arms, WithoutAClosedFormFollowLinesAndArcs) {
 
 /// Values are metres or degrees as their joint slides or turns, also in what is refused.
 TEST_F(Arms, ThatTurnAndSlideShowTheUnitOfEachJoint) {
-  up({}, shipped("scara_gx4"));
+  up({}, profile_path("scara_gx4"));
   const auto refusal = [&](const std::vector<std::string>& command) {
     const RunResult refused = corbot(command);
     EXPECT_EQ(refused.code, 1) << refused.output;
@@ -184,8 +185,8 @@ TEST_F(Arms, OfNoFamilyMoveToo) {
 /// The profile and its URDF are read once, at the start.
 TEST_F(Arms, ByAUrdfOutliveItsFile) {
   const std::string urdf = (directory_ / "arm.urdf").string();
-  ASSERT_EQ(corbot({"export", "--urdf", shipped("scara_cobra600"), "--output", urdf}).code, 0);
-  std::ifstream stream(shipped("scara_cobra600"));
+  ASSERT_EQ(corbot({"export", "--urdf", profile_path("scara_cobra600"), "--output", urdf}).code, 0);
+  std::ifstream stream(profile_path("scara_cobra600"));
   std::string text{std::istreambuf_iterator<char>(stream), {}};
   const auto cut = [&text](const std::string& from, const std::string& to) {
     const auto begin = text.find(from);
@@ -214,14 +215,13 @@ TEST_F(Arms, ByAUrdfOutliveItsFile) {
 }
 
 TEST_F(Arms, WithoutServosAreNotCalibrated) {
-  const RunResult result = corbot({"calibrate", shipped("omx"), "--name", name_});
+  const RunResult result = corbot({"calibrate", profile_path("omx"), "--name", name_});
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("has no servo for some joint or the gripper"));
 }
 
 TEST_F(Arms, WithASlideAreCalibratedInMillimetres) {
-  std::ifstream stream(std::filesystem::path(shipped("lynx5")).parent_path() /
-                       "../tests/profiles/servo_slides.toml");
+  std::ifstream stream(profile_path("servo_slides"));
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   const std::string profile = put("arm.toml", text);
   const auto session = begin({"calibrate", profile, "--name", name_});
@@ -246,24 +246,24 @@ TEST_F(Arms, WithASlideAreCalibratedInMillimetres) {
 }
 
 TEST_F(Arms, SolutionsNameTheJointsBeyondTheirRanges) {
-  const RunResult position = corbot({"kinematics", shipped("lynx5"), "--pose", "0.2,0.1,0.1"});
+  const RunResult position = corbot({"kinematics", profile_path("lynx5"), "--pose", "0.2,0.1,0.1"});
   EXPECT_THAT(position.output, HasSubstr("-68.0820  out of range: elbow, wrist\n"));
   EXPECT_THAT(position.output, Not(HasSubstr("degrees off"))) << "the position alone was asked for";
   const auto data = nlohmann::json::parse(
-      corbot({"kinematics", shipped("lynx5"), "--pose", "0.2,0.1,0.1", "--json"}).output);
+      corbot({"kinematics", profile_path("lynx5"), "--pose", "0.2,0.1,0.1", "--json"}).output);
   EXPECT_EQ(data.at("solutions").at(1).at("beyond_range"), (nlohmann::json{"elbow", "wrist"}));
   EXPECT_EQ(data.at("solutions").at(0).at("beyond_range").size(), 0u);
 }
 
 TEST_F(Arms, AreExplainedWithoutARobot) {
-  const RunResult text = corbot({"kinematics", shipped("omx"), "--pose", "-0.1,-0.05,0.2"});
+  const RunResult text = corbot({"kinematics", profile_path("omx"), "--pose", "-0.1,-0.05,0.2"});
   EXPECT_EQ(text.code, 0) << text.errors;
   EXPECT_THAT(text.output, HasSubstr("solutions at -0.1, -0.05, 0.2 m"));
-  EXPECT_EQ(corbot({"kinematics", shipped("omx"), "--pose", "1,2,3", "--joints", "0,0,0,0"}).code, 2);
+  EXPECT_EQ(corbot({"kinematics", profile_path("omx"), "--pose", "1,2,3", "--joints", "0,0,0,0"}).code, 2);
   EXPECT_EQ(corbot({"kinematics"}).code, 2);
   EXPECT_EQ(corbot({"kinematics", "/nowhere.toml"}).code, 2);
-  EXPECT_EQ(corbot({"export", shipped("omx")}).code, 2);
-  EXPECT_THAT(corbot({"export", "--urdf", shipped("omx")}).output, HasSubstr("<robot name=\"omx\">"));
+  EXPECT_EQ(corbot({"export", profile_path("omx")}).code, 2);
+  EXPECT_THAT(corbot({"export", "--urdf", profile_path("omx")}).output, HasSubstr("<robot name=\"omx\">"));
 }
 
 }  // namespace

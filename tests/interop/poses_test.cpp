@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 class SixAxisPoses : public RobotRig {
  protected:
   void SetUp() override {
-    profile_ = CORBOT_PROFILES "/puma560.toml";
+    profile_ = CORBOT_TEST_PROFILES "/puma560.toml";
     RobotRig::SetUp();
   }
 

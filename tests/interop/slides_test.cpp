@@ -43,10 +43,10 @@ class Slides : public RobotRig {
     }
     fs::remove_all(directory_);
   }
-  /// The shipped profile with another backend; `servo(joint)`: a line more in each joint's table.
+  /// The tests' profile with another backend; `servo(joint)`: a line more in each joint's table.
   void write_profile(const std::string& name, const std::string& backend,
                      const std::function<std::string(int)>& servo = {}) {
-    std::ifstream from(std::string(CORBOT_PROFILES) + "/" + name + ".toml");
+    std::ifstream from(std::string(CORBOT_TEST_PROFILES) + "/" + name + ".toml");
     std::ostringstream all;
     int joint = 0;
     for (std::string line; std::getline(from, line) && line != "[backend]";) {

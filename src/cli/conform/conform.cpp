@@ -4,11 +4,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "cli/conform/checks.h"
 #include "client/notice.h"
@@ -39,6 +42,34 @@ void ask() {
     throw Failure(ExitCode::kUsage, "'yes' was not typed, and nothing has moved");
 }
 
+/// Measures how long this process stands still, as with a suspended machine. A duration that a check measures
+/// meanwhile says nothing about the robot.
+class Standstill {
+ public:
+  /// Returns the longest standstill since the last call, in seconds.
+  [[nodiscard]] double longest_s() {
+    const double latest_s = std::chrono::duration<double>(Clock::now() - looked_.load()).count();
+    return std::max(latest_s, longest_s_.exchange(0));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void watch(const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      const auto now = Clock::now();
+      const double gap_s = std::chrono::duration<double>(now - looked_.load()).count();
+      longest_s_ = std::max(longest_s_.load(), gap_s);
+      looked_ = now;
+    }
+  }
+
+  std::atomic<Clock::time_point> looked_{Clock::now()};
+  std::atomic<double> longest_s_{0};
+  std::jthread thread_{[this](const std::stop_token& stop) { watch(stop); }};
+};
+
 /// Makes the checks and prints one row for each.
 class Examination {
  public:
@@ -47,12 +78,39 @@ class Examination {
   }
   [[nodiscard]] int failed() const { return failed_; }
 
+  /// Makes the check again if it did not hold and this process stood still meanwhile.
   void make(const Check& check) {
-    std::string result = "does not hold", came;
+    Row row;
+    for (int tries = 1; tries <= kTries; ++tries) {
+      (void)standstill_.longest_s();
+      row = result_of(check);
+      const double still_s = standstill_.longest_s();
+      if (row.result != kDiffers || is_lost_ || still_s < kLongestStill_s || tries == kTries) break;
+      print(check, {"again", fmt::format("this machine stood still for {:.1f} s: {}", still_s, row.came)});
+    }
+    if (row.result != kHolds && check.is_for_cell) ++failed_;
+    print(check, row);
+  }
+
+ private:
+  struct Row {
+    std::string result, came;
+  };
+  static constexpr const char* kHolds = "holds";
+  static constexpr const char* kDiffers = "does not hold";
+  static constexpr double kLongestStill_s = 0.2;
+  static constexpr int kTries = 3;
+
+  static void print(const Check& check, const Row& row) {
+    fmt::print(kRow, row.result, check.is_for_cell ? "yes" : "", check.name, check.expected, row.came);
+    std::fflush(stdout);
+  }
+  [[nodiscard]] Row result_of(const Check& check) {
+    std::string result = kDiffers, came;
     try {
       if (is_lost_) throw Differs("not called: no reply before");
       came = client::call_user([&] { return check.examine(session_); });
-      result = "holds";
+      result = kHolds;
     } catch (const Differs& e) {
       came = e.what();
     } catch (const Failure& e) {
@@ -65,13 +123,11 @@ class Examination {
       is_lost_ = client::is_call_timeout(e);
       came = is_lost_ ? "no reply in time" : e._name();
     }
-    if (result != "holds" && check.is_for_cell) ++failed_;
-    fmt::print(kRow, result, check.is_for_cell ? "yes" : "", check.name, check.expected, came);
-    std::fflush(stdout);
+    return {result, came};
   }
 
- private:
   Session& session_;
+  Standstill standstill_;
   bool is_lost_{false};
   int failed_{0};
 };

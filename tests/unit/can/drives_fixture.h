@@ -47,8 +47,9 @@ class Drives : public ::testing::Test {
 
   /// Joint 1 at 0.25 rad, joint 2 at 0, the gripper at half: 12500, 12000 and 10000 counts.
   static ServoFrame frame(double first_q = 0.25) {
+    static std::uint64_t cycle = 0;  // not the clock, which goes on if the whole process stands still
     ServoFrame frame;
-    frame.cycle = static_cast<std::uint64_t>(CanPort::Clock::now().time_since_epoch().count());
+    frame.cycle = ++cycle;
     frame.servo_count = 3;
     frame.time_ns = CanPort::Clock::now().time_since_epoch().count();
     frame.position_q[0] = first_q;
