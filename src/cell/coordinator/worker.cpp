@@ -272,7 +272,7 @@ std::string Worker::take_robot() {
     token_ = store_.claim(robot_.name, who_, token_);
   } catch (const Corbot::Claimed& e) {
     const std::string who = e.who.in();
-    if (!may_replace(who, is_exclusive)) {
+    if (!may_replace(who, e.token, is_exclusive)) {
       if (is_exclusive) arm_.release();
       if (is_waiting_name(who) && is_of_dead_process(who))
         throw client::Failure(
@@ -298,11 +298,15 @@ std::string Worker::take_robot() {
 
 /// Tells if this worker may replace the claim's holder. Control of the arm proves that the holder cannot move
 /// it. A holder that waits for a person has released control, so replacing it needs proof of its end and a
-/// later Start. A holder with this worker's name is this process: the reply of an earlier claim was lost.
-bool Worker::may_replace(const std::string& who, bool is_exclusive) {
+/// later Start. That Start counts until the claim passes on, also if another coordinator asks for control at
+/// the same time. A holder with this worker's name is this process: the reply of an earlier claim was lost.
+bool Worker::may_replace(const std::string& who, Corbot::ClaimToken token, bool is_exclusive) {
   if (who == who_ || who == waiting_name(who_)) return true;
-  if (is_waiting_name(who)) return is_of_dead_process(who) && starts() > heeded_;
-  return is_exclusive || is_of_dead_process(who);
+  if (!is_waiting_name(who)) return is_exclusive || is_of_dead_process(who);
+  if (!is_of_dead_process(who)) return false;
+  if (ended_claim_ != token) heeded_at_end_ = heeded_;
+  ended_claim_ = token;
+  return starts() > heeded_at_end_;
 }
 
 /// Determines the robot's zone from the ledger. A tool over a shared place must be in its zone, so the

@@ -76,7 +76,7 @@ class Worker {
   std::optional<Transfer> resolve();
   void connect();
   std::string take_robot();
-  [[nodiscard]] bool may_replace(const std::string& who, bool is_exclusive);
+  [[nodiscard]] bool may_replace(const std::string& who, Corbot::ClaimToken token, bool is_exclusive);
   void find_zone(const Eigen::Vector3d& tool);
   void move_out(const Eigen::Vector3d& tool);
   bool resolve_transfer(const Corbot::TransferInfo& left, const Transfer& transfer, Grip grip);
@@ -132,14 +132,16 @@ class Worker {
   WorkStatus status_;
 
   Corbot::ClaimToken token_{0};
-  bool is_marked_{false};       ///< the claim has the mark of a waiting holder
-  std::string zone_{};          ///< shared place whose zone the robot is in; empty: none
-  const char* step_{"begin"};   ///< step of the recipe, for messages
-  int failures_{0};             ///< consecutive failed picks
-  std::string motion_fault_{};  ///< text of the last motion fault
-  int equal_faults_{0};         ///< consecutive faults with this text
-  int heeded_{0};               ///< Starts so far that cannot replace a marked claim any more
-  std::string last_fault_{};    ///< text of the last fault that interrupted the work
+  bool is_marked_{false};              ///< the claim has the mark of a waiting holder
+  std::string zone_{};                 ///< shared place whose zone the robot is in; empty: none
+  const char* step_{"begin"};          ///< step of the recipe, for messages
+  int failures_{0};                    ///< consecutive failed picks
+  std::string motion_fault_{};         ///< text of the last motion fault
+  int equal_faults_{0};                ///< consecutive faults with this text
+  int heeded_{0};                      ///< Starts so far that cannot replace a marked claim any more
+  Corbot::ClaimToken ended_claim_{0};  ///< marked claim whose holder has ended
+  int heeded_at_end_{0};               ///< `heeded_` when that end was first seen
+  std::string last_fault_{};           ///< text of the last fault that interrupted the work
   std::chrono::steady_clock::time_point interrupted_{};  ///< begin of the attempts to resume the work
   std::mutex mutex_{};                                   ///< guards starts_ and has_let_go_
   std::condition_variable_any gone_on_{};

@@ -153,6 +153,7 @@ void FakeCell::resolve() {
 // --- Robot ---
 
 bool FakeCell::acquire() {
+  if (on_acquire) on_acquire();
   const std::lock_guard lock(mutex_);
   interruptible([&] { record.emplace_back("acquire"); });
   return is_exclusive;

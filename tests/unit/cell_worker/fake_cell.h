@@ -50,6 +50,7 @@ class FakeCell : public cell::RobotPort, public cell::CameraPort, public cell::S
   bool is_claimed{false};
   std::string holder{"another"};     ///< holder of the claim
   std::function<void()> on_claimed;  ///< called when a claim finds another holder; empty: requests a stop
+  std::function<void()> on_acquire;  ///< called first; it may throw as the robot does
   bool is_in_error{false};
   bool measures_grip{false};  ///< the device measures the gripper's opening
   std::atomic<bool> is_cell_stopped{false};

@@ -669,14 +669,22 @@ TEST_P(WorkerTest, AClaimWhoseHolderEndedWhileItWaitedPassesOnByAStartSinceThen)
   add_piece(world, 0);
   cell::Worker worker(
       config_, *config_.robot(GetParam()), {world, world, world}, "test",
-      [&](const std::string& text) { world.report(text); }, world.stop_source.get_token());
+      [&](const std::string& text) {
+        world.report(text);
+        if (text.find("' has ended while ") != std::string::npos) worker.go_on();
+      },
+      world.stop_source.get_token());
   world.is_claimed = true;
   world.holder = cell::waiting_name("another");
   int attempts = 0;
   world.on_claimed = [&] {
     ++attempts;
     if (attempts == 2) world.holder = cell::waiting_name(cell::process_name() + "1");  // it has ended
-    if (attempts == 3) worker.go_on();
+    if (attempts == 4) world.stop_source.request_stop();
+  };
+  // After the Start, a second stand-by asks for control just before this one.
+  world.on_acquire = [&, is_refused = false]() mutable {
+    if (attempts == 2 && !std::exchange(is_refused, true)) throw Corbot::NotReady("'other' has control");
   };
   worker.go_on();  // before the holder has ended
   worker.run();
