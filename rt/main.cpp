@@ -138,6 +138,7 @@ corbot::rt::CycleView view_of(const corbot::TaskSegment& segment, const corbot::
 
 void run(const Options& options) {
   using namespace corbot;
+  rt::limit_thread_stacks();
   const Profile profile = load_profile(options.profile);
   const std::string name = options.name.empty() ? profile.name : options.name;
   EmergencyStop stop;

@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <malloc.h>
+#include <pthread.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -19,6 +20,7 @@ namespace corbot::rt {
 namespace {
 
 constexpr std::size_t kStackBytes = 256 * 1024;
+constexpr std::size_t kThreadStackBytes = 1024 * 1024;
 constexpr rlim_t kLongestComputing_us = 500'000;
 
 bool lock_memory(RealtimeResult& result) {
@@ -81,6 +83,14 @@ bool set_fifo(int priority, RealtimeResult& result) {
 }
 
 }  // namespace
+
+void limit_thread_stacks() {
+  pthread_attr_t attributes;
+  if (pthread_getattr_default_np(&attributes) != 0) return;
+  if (pthread_attr_setstacksize(&attributes, kThreadStackBytes) == 0)
+    (void)pthread_setattr_default_np(&attributes);  // if it fails, threads only lock more memory
+  pthread_attr_destroy(&attributes);
+}
 
 RealtimeResult make_realtime(const RealtimeSettings& settings, int& latency_fd) {
   RealtimeResult result;

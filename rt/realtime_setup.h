@@ -21,6 +21,10 @@ struct RealtimeResult {
   [[nodiscard]] bool realtime() const noexcept { return scheduled && locked; }
 };
 
+/// Limits the stacks of threads that start later to 1 MB, before the first one starts. Locked memory has each
+/// page of a stack from its start, and the usual stack has 8 MB.
+void limit_thread_stacks();
+
 /// Set-up only. Makes the calling thread a real-time thread. It locks memory, and touches the stack that the
 /// cycle may use. It keeps the CPU out of deep sleep while `latency_fd` is open (−1: not permitted). It binds
 /// the thread to a CPU, bounds its uninterrupted computing time, and takes SCHED_FIFO. It never throws for a

@@ -42,6 +42,10 @@ TEST_F(Interface, DescribesTheLynx5) {
   EXPECT_EQ(arm_->ToolPitch(), 0.0);
 }
 
+TEST_F(Interface, TheTaskLocksNoUsualStacks) {
+  EXPECT_LT(rt_->anonymous_kb(), 12'000) << "three of them have 24 MB; without the privilege none is locked";
+}
+
 TEST_F(Interface, SaysWhichSpeedsAreInForce) {
   arm_->Speed(40.0);
   arm_->ArtSpeed(2, 25.0);
