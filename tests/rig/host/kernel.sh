@@ -38,13 +38,14 @@ prepare_kernel() {
   read -r kernel_release _ < "$kernel_dir/complete" || true
 }
 
-# fetch_kernel RELEASE VERSION: the image, and what drivers are built from, all of one version.
+# fetch_kernel RELEASE VERSION: the image, and the packages that drivers are built from. All are of one
+# version except kbuild: the headers also accept a later one, and Debian may have no other.
 fetch_kernel() {
   local release=$1 version=$2 series
   series=$(cut -d. -f1,2 <<< "$release")
   (cd "$kernel_dir/packages" && apt-get download -qq \
     "linux-image-$release=$version" "linux-headers-$release=$version" \
-    "linux-headers-${release%-rt-amd64}-common-rt=$version" "linux-kbuild-$series=$version" \
+    "linux-headers-${release%-rt-amd64}-common-rt=$version" "linux-kbuild-$series" \
     "linux-source-$series=$version") 2> "$kernel_dir/download.log" ||
     { cat "$kernel_dir/download.log" >&2
       missing "the kernel's packages (apt-get download failed: is there a network?)"; }

@@ -49,7 +49,7 @@ TEST_F(SceneProgramTest, ARobotAtItsSocketBringsAPiece) {
   std::string profile = read_profile_text(robot.profile);
   const std::string placeholder = "SCENE/NAME.servos";
   profile.replace(profile.find(placeholder), placeholder.size(), cell.servo_socket(robot).string());
-  up({}, put("arm.toml", profile));
+  up({}, put("arm.toml", patient(profile)));
 
   Vector3d foot_m;
   ASSERT_TRUE(soon([&] {
