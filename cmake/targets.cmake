@@ -78,7 +78,6 @@ set(CORBOT_TIERS core process long)
 # THREADS marks the programs that also run under the thread sanitizer. Their label is core-threads or
 # process-threads, one word because the discovery of GoogleTest's cases splits lists. The libraries of the ORB
 # and of OpenCV are not instrumented. Code that goes through them would report false races.
-# It skips the suites that ONE_THREAD names in the syntax of --gtest_filter, because they run in one thread.
 # The gate's sanitizers skip tests that are marked with SANITIZED_AT_NIGHT, which compute much.
 add_custom_target(corbot_core_tests)
 add_custom_target(corbot_threads_tests)
@@ -148,7 +147,7 @@ endfunction()
 # others.
 function(corbot_test name)
   cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;SANITIZED_AT_NIGHT;THREADS"
-    "TIER;TIMEOUT;PROCESSORS;COST;LONG;ONE_THREAD" "SOURCES;LIBS;DEPENDS" ${ARGN})
+    "TIER;TIMEOUT;PROCESSORS;COST;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
   corbot_check_tier(${name} "${arg_TIER}")
   if(CORBOT_SANITIZE AND arg_SANITIZED_AT_NIGHT)
     set(arg_TIER long)
@@ -196,9 +195,6 @@ function(corbot_test name)
     list(APPEND properties RUN_SERIAL TRUE)
   endif()
   if(CORBOT_SANITIZE AND (arg_TIER STREQUAL core OR arg_SANITIZED_AT_NIGHT))
-    if(CORBOT_SANITIZE MATCHES thread AND arg_ONE_THREAD)
-      string(APPEND arg_LONG ":${arg_ONE_THREAD}")
-    endif()
     corbot_discover_shares(${name} "${arg_LONG}" ${label} ${properties})
     return()
   endif()
