@@ -23,18 +23,11 @@
 
 #include "support/ports.h"
 #include "support/robot_rig.h"
+#include "support/running_seconds.h"
 #include "unit/cell_worker/fake_cell.h"
 
 namespace corbot::test {
 namespace {
-
-/// Returns the seconds that `f` takes.
-template <class F>
-double duration_of(F&& f) {
-  const auto begin = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 /// A port that accepts connections and never replies, as a frozen process does.
 class FrozenPort {
@@ -67,13 +60,13 @@ TEST(Coordinator, AFrozenStoreHoldsUpNeitherStateNorEnd) {
     const Corbot::CoordinatorState_var state = coordinator.State();
     EXPECT_EQ(state->placed, 0U);
   };
-  EXPECT_LT(duration_of(ask), 2);
-  EXPECT_LT(duration_of([&] {
+  EXPECT_LT(running_seconds_of(ask), 2);
+  EXPECT_LT(running_seconds_of([&] {
               std::vector<std::jthread> clients;
               for (int i = 0; i < 5; ++i) clients.emplace_back(ask);
             }),
             3);
-  EXPECT_LT(duration_of([&] { coordinator.end(); }), 2);
+  EXPECT_LT(running_seconds_of([&] { coordinator.end(); }), 2);
 }
 
 /// A store without pieces.
@@ -198,7 +191,7 @@ TEST_F(TwoArms, NoRobotBeginsAMotionBetweenPauseAndResume) {
   EXPECT_FALSE(coordinator.Paused());
   EXPECT_TRUE(wait_until(within(20), any_moves));
   coordinator.Pause();
-  EXPECT_LT(duration_of([&] { coordinator.end(); }), 8) << "robots that are paused end, too";
+  EXPECT_LT(running_seconds_of([&] { coordinator.end(); }), 8) << "robots that are paused end, too";
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <gmock/gmock.h>
 
 #include "support/robot_rig.h"
+#include "support/running_seconds.h"
 
 namespace corbot::test {
 namespace {
@@ -203,14 +204,6 @@ TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
   EXPECT_EQ(raised_by([&] { arm_->Open(); }), "");
 }
 
-/// Returns the seconds that `f` takes.
-template <class F>
-double call_duration_of(F&& f) {
-  const auto begin = std::chrono::steady_clock::now();
-  f();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
-
 TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   std::stop_source stop;
   cell::WorkGate gate;
@@ -228,9 +221,9 @@ TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   std::this_thread::sleep_for(std::chrono::milliseconds(2500));
   ASSERT_EQ(arm_->Status(), Corbot::Waiting) << "the motion goes on after its reply is given up";
   stop.request_stop();
-  EXPECT_LT(call_duration_of([&] { robot.stop(); }), 1.5);
+  EXPECT_LT(running_seconds_of([&] { robot.stop(); }), 1.5);
   EXPECT_TRUE(wait_for(Corbot::Standby, 0.5));
-  EXPECT_LT(call_duration_of([&] { slow.get(); }), 1);
+  EXPECT_LT(running_seconds_of([&] { slow.get(); }), 1);
   EXPECT_EQ(raised, "Stopped");
   robot.release();
 }
@@ -266,8 +259,8 @@ TEST_F(RemoteArm, AStopDoesNotWaitForAFrozenServant) {
   ASSERT_TRUE(wait_for(Corbot::Waiting));
   servant_->signal(SIGSTOP);
   stop.request_stop();
-  EXPECT_LT(call_duration_of([&] { robot.stop(); }), 3.5);
-  EXPECT_LT(call_duration_of([&] { slow.get(); }), 5);
+  EXPECT_LT(running_seconds_of([&] { robot.stop(); }), 3.5);
+  EXPECT_LT(running_seconds_of([&] { slow.get(); }), 5);
   servant_->signal(SIGCONT);
 }
 
@@ -275,7 +268,7 @@ TEST_F(RemoteArm, ADelayMayLastAsLongAsAMotion) {
   cell::WorkGate gate;
   cell::RemoteRobot robot(client_orb(), reference_, "test", 60, std::stop_token(), gate);
   ASSERT_TRUE(robot.acquire());
-  EXPECT_LT(call_duration_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
+  EXPECT_LT(running_seconds_of([&] { robot.delay(5.5); }), 8) << "it was given up, and repeated";
   robot.release();
 }
 
