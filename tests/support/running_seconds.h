@@ -8,10 +8,14 @@
 
 namespace corbot::test {
 
-/// Returns the seconds that `f` takes. If the whole machine stands still meanwhile, a standstill counts as a
-/// tenth of a second.
+struct Lasted {
+  double running_s;      ///< without standstills of more than a tenth of a second
+  double stood_still_s;  ///< the rest: the whole machine stood still
+};
+
+/// Measures how long `f` takes.
 template <class F>
-double running_seconds_of(F&& f) {
+Lasted lasted(F&& f) {
   using Seconds = std::chrono::duration<double>;
   const auto since = [](std::chrono::steady_clock::time_point then) {
     return Seconds(std::chrono::steady_clock::now() - then).count();
@@ -26,10 +30,15 @@ double running_seconds_of(F&& f) {
   });
   const auto begin = std::chrono::steady_clock::now();
   f();
-  const double lasted_s = since(begin);
+  const double all_s = since(begin);
   watch.request_stop();
   watch.join();
-  return lasted_s - stood_still_s;
+  return {all_s - stood_still_s, stood_still_s};
+}
+
+template <class F>
+double running_seconds_of(F&& f) {
+  return lasted(f).running_s;
 }
 
 }  // namespace corbot::test
