@@ -78,7 +78,7 @@ set(CORBOT_TIERS core process long)
 # THREADS marks the programs that also run under the thread sanitizer. Their label is core-threads or
 # process-threads, one word because the discovery of GoogleTest's cases splits lists. The libraries of the ORB
 # and of OpenCV are not instrumented. Code that goes through them would report false races.
-# The gate's sanitizers skip tests that are marked with SANITIZED_AT_NIGHT, which compute much.
+# The gate's sanitizers skip programs with SANITIZED_AT_NIGHT, which take much time to compile or to run.
 add_custom_target(corbot_core_tests)
 add_custom_target(corbot_threads_tests)
 
@@ -88,23 +88,14 @@ function(corbot_check_tier test tier)
   endif()
 endfunction()
 
-# The gate proves the promises of docs/safety.md for every device and arm: no test that the document names is
-# of the tier long.
-file(STRINGS ${PROJECT_SOURCE_DIR}/docs/safety.md promises REGEX "`[A-Z][A-Za-z0-9]*\\.[A-Z]")
-string(REGEX MATCHALL "`[A-Z][A-Za-z0-9]*\\.[A-Z][A-Za-z0-9]*`" CORBOT_PROMISED_TESTS "${promises}")
-set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/safety.md)
-
-function(corbot_check_no_promise long_cases)
-  string(REPLACE ":" ";" patterns "${long_cases}")
-  foreach(pattern IN LISTS patterns)
-    string(REGEX REPLACE "^[^/.]*/|/[^/]*$" "" case "${pattern}")  # Instance/Suite.Case/parameter
-    string(REPLACE "." "\\." case "${case}")
-    string(REPLACE "*" ".*" case "${case}")
-    foreach(promised IN LISTS CORBOT_PROMISED_TESTS)
-      if(promised MATCHES "^`${case}`$")
-        message(FATAL_ERROR "docs/safety.md names the test ${promised}: '${pattern}' must not be LONG")
-      endif()
-    endforeach()
+# The thread sanitizer skips a core program without THREADS, so no test in it may start a thread.
+function(corbot_check_one_thread name)
+  foreach(source IN LISTS ARGN)
+    get_filename_component(source ${source} ABSOLUTE)
+    file(STRINGS ${source} threads REGEX "std::(j?thread|async)[^A-Za-z0-9_:]")
+    if(threads)
+      message(FATAL_ERROR "${source} starts threads: the core test ${name} needs THREADS, or another place")
+    endif()
   endforeach()
 endfunction()
 
@@ -127,7 +118,6 @@ function(corbot_discover name prefix long_cases label)
     gtest_discover_tests(${name} ${options} TEST_LIST "${name}_${prefix}" PROPERTIES ${ARGN} LABELS ${label})
     return()
   endif()
-  corbot_check_no_promise("${long_cases}")
   gtest_discover_tests(${name} ${options} TEST_LIST "${name}_${prefix}" TEST_FILTER "-${long_cases}"
     PROPERTIES ${ARGN} LABELS ${label})
   gtest_discover_tests(${name} ${options} TEST_LIST "${name}_${prefix}_long" TEST_FILTER "${long_cases}"
@@ -151,6 +141,9 @@ function(corbot_test name)
   corbot_check_tier(${name} "${arg_TIER}")
   if(CORBOT_SANITIZE AND arg_SANITIZED_AT_NIGHT)
     set(arg_TIER long)
+  endif()
+  if(arg_TIER STREQUAL core AND NOT arg_THREADS AND NOT arg_SANITIZED_AT_NIGHT)
+    corbot_check_one_thread(${name} ${arg_SOURCES})
   endif()
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})

@@ -40,6 +40,12 @@ if(NOT CORBOT_SANITIZE)
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/words_test.py
     PROPERTIES TIMEOUT 60)
 endif()
+if(TARGET corbot AND TARGET corbot-servant AND NOT CORBOT_SANITIZE)
+  corbot_command_test(Promises TIER core
+    COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/promises_test.py
+            ${CMAKE_BINARY_DIR} ${PROJECT_SOURCE_DIR}/docs/safety.md
+    PROPERTIES TIMEOUT 120)
+endif()
 if(TARGET corbot)
   corbot_command_test(Commands TIER process
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/commands_test.py

@@ -69,7 +69,7 @@ corbot_counted_stop count_stop(const ::omni::GIOP_S& giop) {
 }
 
 CORBA::Boolean note(::omni::omniInterceptors::serverReceiveRequest_T::info_T& info) {
-  counted = count_stop(info.giop_s);  // before the first lock
+  counted = count_stop(info.giop_s);  // before the servant's first lock
   connection = corbot_connection_used(descriptor_of(info.giop_s.strand().connection));
   request = RequestNumber::of(info.giop_s);
   return true;

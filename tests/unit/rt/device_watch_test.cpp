@@ -2,7 +2,6 @@
 // A device whose thread stands still, and one that does late what it was asked to.
 #include <gtest/gtest.h>
 
-#include <thread>
 #include <vector>
 
 #include "corbot/channel/alarms.h"
@@ -338,42 +337,6 @@ TEST(BeyondRange, OfAJointThatSlidesIsFiveMillimetresForADegree) {
   EXPECT_FALSE(rt::beyond_range(arm, {0.505}, to_radians(1.0)));
   EXPECT_TRUE(rt::beyond_range(arm, {0.506}, to_radians(1.0)));
   EXPECT_TRUE(rt::beyond_range(arm, {-0.006}, to_radians(1.0)));
-}
-
-/// A reader never sees a source without its count: no cycle would latch it.
-TEST(EmergencyStop, ASourceAndItsCountAreSeenTogether) {
-  constexpr std::size_t kStops = 100'000;
-  std::vector<EmergencyStop> stops(kStops);
-  std::thread presses([&] {
-    for (EmergencyStop& stop : stops) stop.set(StopSource::kGpio, true);
-  });
-  std::size_t uncounted = 0;
-  for (const EmergencyStop& stop : stops) {
-    while (stop.sources() == 0) {
-    }
-    if (stop.presses() == 0) ++uncounted;
-  }
-  presses.join();
-  EXPECT_EQ(uncounted, 0u);
-}
-
-TEST(EmergencyStop, NoPressIsLostOrCountedTwiceWhereSeveralSourcesChange) {
-  constexpr std::uint32_t kTimes = 50'000;
-  EmergencyStop stop;
-  std::vector<std::thread> threads;
-  for (const StopSource source : {StopSource::kGpio, StopSource::kDevice, StopSource::kWatcher}) {
-    threads.emplace_back([&stop, source] {
-      for (std::uint32_t i = 0; i < kTimes; ++i) {
-        stop.set(source, true);
-        stop.set(source, true);
-        stop.set(source, false);
-      }
-      stop.set(source, true);
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_EQ(stop.presses(), 3 * (kTimes + 1));
-  EXPECT_EQ(stop.sources(), 1u | 2u | 32u);
 }
 
 }  // namespace

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// An emergency stop in the cycle: in the very cycle that sees it, and until it is released and cleared.
+// An emergency stop in the cycle: in the very cycle that sees it, and until it is released and cleared. Its
+// sources, from several threads.
 #include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+#include <vector>
 
 #include "rt/rig.h"
 
@@ -170,6 +176,42 @@ INSTANTIATE_TEST_SUITE_P(Sources, EmergencyStopInCycle,
                          ::testing::Values(StopSource::kGpio, StopSource::kDevice), [](const auto& test) {
                            return test.param == StopSource::kGpio ? "gpio" : "device";
                          });
+
+/// A reader never sees a source without its count: no cycle would latch it.
+TEST(EmergencyStop, ASourceAndItsCountAreSeenTogether) {
+  constexpr std::size_t kStops = 100'000;
+  std::vector<EmergencyStop> stops(kStops);
+  std::thread presses([&] {
+    for (EmergencyStop& stop : stops) stop.set(StopSource::kGpio, true);
+  });
+  std::size_t uncounted = 0;
+  for (const EmergencyStop& stop : stops) {
+    while (stop.sources() == 0) {
+    }
+    if (stop.presses() == 0) ++uncounted;
+  }
+  presses.join();
+  EXPECT_EQ(uncounted, 0u);
+}
+
+TEST(EmergencyStop, NoPressIsLostOrCountedTwiceWhereSeveralSourcesChange) {
+  constexpr std::uint32_t kTimes = 50'000;
+  EmergencyStop stop;
+  std::vector<std::thread> threads;
+  for (const StopSource source : {StopSource::kGpio, StopSource::kDevice, StopSource::kWatcher}) {
+    threads.emplace_back([&stop, source] {
+      for (std::uint32_t i = 0; i < kTimes; ++i) {
+        stop.set(source, true);
+        stop.set(source, true);
+        stop.set(source, false);
+      }
+      stop.set(source, true);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(stop.presses(), 3 * (kTimes + 1));
+  EXPECT_EQ(stop.sources(), 1u | 2u | 32u);
+}
 
 }  // namespace
 }  // namespace corbot::test::emergency_stop_test

@@ -1,0 +1,44 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""promises_test.py BUILD SAFETY: the gate runs each test that docs/safety.md names.
+
+Each of them is in the build's list of tests, and no case of it has the label long.
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+
+NAMED_TEST = re.compile(r"`([A-Z]\w*\.[A-Z]\w*)`")
+TEST = re.compile(r"(\w+\.\w+)(?:/|$)")  # in Instance/Suite.Case/parameter, and after the name of an ORB
+
+
+def labels_of(build):
+    """Returns the labels of all cases of each test, by the test's name."""
+    listed = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], check=True,
+                            stdout=subprocess.PIPE, text=True).stdout
+    found = {}
+    for test in json.loads(listed)["tests"]:
+        name = TEST.search(test["name"])
+        labels = [one["value"] for one in test["properties"] if one["name"] == "LABELS"]
+        if name:
+            found.setdefault(name[1], set()).update(labels[0] if labels else ["no label"])
+    return found
+
+
+def main(build, safety):
+    labels = labels_of(build)
+    faults = []
+    for name in sorted(set(NAMED_TEST.findall(pathlib.Path(safety).read_text()))):
+        if name not in labels:
+            faults.append(f"no program of this build has the test {name}")
+        elif not all(re.match("core|process", label) for label in labels[name]):
+            faults.append(f"a case of {name} has a label that the gate does not run: {sorted(labels[name])}")
+    for fault in faults:
+        print(f"docs/safety.md: {fault}")
+    return 1 if faults or not labels else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
