@@ -48,10 +48,10 @@ check_sanitizer() {
 }
 
 # beside COMMAND...: runs the command at idle priority beside the next phases, until the phase `join`. With
-# automatic groups it would delay them, and runs before them.
+# automatic groups it would delay them, and is a phase before them.
 beside() {
   if [ "$(cat "$autogroup_file" 2> /dev/null)" = 1 ]; then
-    "$@"
+    phase "$1" "$@"
     return
   fi
   set -m  # gives the command a process group, by which the end of the run ends all of it
@@ -71,7 +71,8 @@ join() {
 }
 
 # Turns off the kernel's automatic groups of tasks, if the run may, until its end. With groups, the worker of
-# Linux 6.18 that carries the bytes of pseudo-terminals waits up to a minute beside programs that compute.
+# Linux 6.18 that carries the bytes of pseudo-terminals waits up to a minute beside programs that compute. A
+# run that SIGKILL ends leaves them off.
 without_autogroup() {
   autogroup=$(cat "$autogroup_file" 2> /dev/null) || true
   if [ "$autogroup" = 1 ] && echo 0 2> /dev/null > "$autogroup_file"; then return; fi
@@ -84,9 +85,10 @@ begin_run() {
   run_name=$1
   beside=''
   mkdir -p build
+  autogroup=''
   stamp=build/run-began
   touch "$stamp"
-  without_autogroup
   trap finish EXIT
   trap 'exit 143' TERM INT HUP
+  without_autogroup
 }

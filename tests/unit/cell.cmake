@@ -18,7 +18,7 @@ list(FILTER models EXCLUDE REGEX ${threads_REGEX})
 corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
   LIBS corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene
-       corbot::config corbot::backends corbot_process fmt::fmt)
+       corbot::config corbot::backends corbot_process corbot_escapes fmt::fmt)
 corbot_test(test_cell_models TIER core
   SOURCES ${models}
   LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_config corbot::sim_scene corbot::config

@@ -9,7 +9,8 @@ if(TARGET corbot_client)
 endif()
 corbot_test(test_clients TIER core SANITIZED_AT_NIGHT
   SOURCES ${sources}
-  LIBS corbot_process $<$<TARGET_EXISTS:corbot_cli>:corbot::cli> corbot::net fmt::fmt)
+  LIBS corbot_process corbot::net fmt::fmt $<$<TARGET_EXISTS:corbot_cli>:corbot::cli>
+       $<$<TARGET_EXISTS:corbot_escapes>:corbot_escapes>)
 if(NOT TARGET corbot_cli)
   return()
 endif()
@@ -20,5 +21,6 @@ set_target_properties(notifying_child PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAK
 corbot_sources(sources cli)
 corbot_test(test_commands TIER process
   SOURCES ${sources} sim_devices/corbot_sim_test.cpp
-  LIBS corbot::cli corbot::backends corbot::sim_devices corbot_process nlohmann_json::nlohmann_json fmt::fmt
+  LIBS corbot::cli corbot::backends corbot::sim_devices corbot_process corbot_escapes
+  nlohmann_json::nlohmann_json fmt::fmt
   DEPENDS notifying_child corbot-rt corbot-sim)

@@ -5,4 +5,5 @@ if(NOT TARGET corbot_panel)
 endif()
 find_package(Boost 1.74 REQUIRED)
 corbot_sources(sources panel)
-corbot_test(test_panel TIER core THREADS SOURCES ${sources} LIBS corbot::panel corbot_process Boost::headers)
+corbot_test(test_panel TIER core THREADS SOURCES ${sources} LIBS corbot::panel corbot_process
+  corbot_escapes Boost::headers)
