@@ -43,10 +43,8 @@ class CellRun : public testing::Test {
   CellRun() : ports_(free_ports(5)) {
     std::string path = (fs::temp_directory_path() / "corbot-cell-XXXXXX").string();
     directory_ = ::mkdtemp(path.data());
-    for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), directory_);
-    // A gap between cycles is no fault on a busy test machine.
-    for (const char* arm : {"arm.toml", "scara.toml"})
-      edit("gap_fault_ms = 2000", "gap_fault_ms = 10000", arm);
+    for (const auto& entry : fs::directory_iterator(CORBOT_TEST_PROFILES "/cell"))
+      fs::copy(entry.path(), directory_);
     if (on_orbit2()) {
       edit("from = \"pallet1\"", "orb = \"orbit2\", from = \"pallet1\"");
       edit("from = \"store1\"", "orb = \"orbit2\", from = \"store1\"");

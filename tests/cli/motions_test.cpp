@@ -65,7 +65,7 @@ TEST_F(Motions, EachCommandReachesTheArm) {
   EXPECT_EQ(corbot({"clear"}).code, 0);
   EXPECT_THAT(corbot({"alarms"}).output, testing::ContainsRegex("^(no alarms|[^\n]* 140 [^\n]*)\n$"))
       << "but overruns";
-  EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("1000 us period")));
+  EXPECT_THAT(corbot({"diagnostics"}).output, AllOf(HasSubstr("latency"), HasSubstr("4000 us period")));
 }
 
 TEST_F(Motions, ATimeThatTheLimitsDoNotAllowIsNamed) {

@@ -59,7 +59,7 @@ class Waiters : public ::testing::Test {
   [[nodiscard]] std::string write_profile() const {
     std::ifstream stream(CORBOT_TEST_PROFILE);
     std::string text{std::istreambuf_iterator<char>{stream}, {}};
-    for (const auto& [from, to] : {std::pair{"period_us = 1000 ", "period_us = 20000 "},
+    for (const auto& [from, to] : {std::pair{"period_us = 4000 ", "period_us = 20000 "},
                                    std::pair{"frozen_ms = 2000 ", "frozen_ms = 10000 "}}) {
       const std::size_t at = text.find(from);
       if (at == std::string::npos) throw std::runtime_error(std::string("no ") + from);

@@ -81,15 +81,16 @@ class CanDrives : public RobotRig {
                       [&] { return off_counts() <= 1.0 && drives_->counts() == drives_->counts("targets"); });
   }
   /// The most that any target may move in one cycle, catching up after a late one: twice the fastest joint's
-  /// way in a millisecond, or twice the gripper's.
+  /// way in a period, or twice the gripper's.
   [[nodiscard]] std::int64_t largest_step() const {
     double fastest_q_s = 0.0;
-    for (const JointLimits& limits : load_profile(profile_).arm.joints) {
+    const ArmModel arm = load_profile(profile_).arm;
+    for (const JointLimits& limits : arm.joints) {
       fastest_q_s = std::max(fastest_q_s, limits.speed_q_s);
     }
     const double joints = to_degrees(fastest_q_s) * kCountsPerDegree;
     const double gripper = (kGripperOpen - kGripperClosed) / 0.5;
-    return std::lround(2.0 * std::max(joints, gripper) * 1e-3) + 1;
+    return std::lround(2.0 * std::max(joints, gripper) * static_cast<double>(arm.period_ns) * 1e-9) + 1;
   }
 
   std::string directory_;

@@ -18,7 +18,9 @@ class ErrorState : public RobotRig {
 TEST_F(ErrorState, ALostDeviceFaultsTheMotionAndIsClearedOnceItIsBack) {
   std::string raised;
   std::thread caller([&] { raised = raised_by([&] { arm_->Move(0.20, 0.10, 0.10, 0.0, 20.0); }); });
-  EXPECT_TRUE(wait_for(Corbot::Waiting));
+  const Corbot::JointCoord_var before = arm_->ArtiCoord();
+  EXPECT_TRUE(wait_until(
+      within(30), [&] { return distance_deg(before, Corbot::JointCoord_var(arm_->ArtiCoord())) > 1.0; }));
   lose_device();
   EXPECT_TRUE(wait_for(Corbot::Error));
   caller.join();
@@ -44,7 +46,7 @@ TEST_F(ErrorState, ALostDeviceFaultsTheMotionAndIsClearedOnceItIsBack) {
   ASSERT_TRUE(wait_until(within(30), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
   EXPECT_EQ(arm_->Status(), Corbot::Standby);
   Corbot::JointCoord_var still = arm_->ArtiCoord();
-  EXPECT_LE(distance_deg(where, still), 1e-6) << "no jump, before or after";
+  EXPECT_LE(distance_deg(where, still), 0.25) << "but for cycles that the device no longer took";
   EXPECT_FALSE(alarms().at(0).active);
   arm_->Move(0.20, 0.05, 0.10, 0.0, 0.0);
 }

@@ -62,8 +62,8 @@ class MeasuredGripper : public RobotRig {
   static constexpr int kClosed = 0;
   static constexpr int kOpen = 40'000;
   static constexpr int kNode = 5;
-  /// 5 % of the travel, and what the gripper may move in two periods.
-  static constexpr int kLead = 2000 + 2 * 160;
+  /// 5 % of the travel, and what the gripper may move in two periods of 4 ms.
+  static constexpr int kLead = 2000 + 2 * 4 * 160;
 
   void SetUp() override {
     take_name("grip");
@@ -149,7 +149,7 @@ TEST_F(MeasuredGripper, HoldsAPieceAndGoesOnWithIt) {
   drives_->command("piece off 5");
   EXPECT_TRUE(is_holding(Corbot::HoldingNo)) << "it was lost: the fingers go on, and find nothing";
   EXPECT_NEAR(arm_->Gripper().opening, 0.0, 2.0);
-  EXPECT_LE(drives_->largest_steps().first, 2 * 320 + 1) << "and they do not jump";
+  EXPECT_LE(drives_->largest_steps().first, 2 * 4 * 320 + 1) << "and they do not jump";
   carry_out([&] { arm_->Open(); });
   EXPECT_EQ(arm_->Gripper().holding, Corbot::HoldingNo);
   EXPECT_NEAR(arm_->Gripper().opening, 100.0, 2.0);

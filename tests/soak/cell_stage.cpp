@@ -26,21 +26,10 @@ constexpr double kCellUp_s = 90;
 constexpr int kPorts = 5;
 constexpr const char* kCellCommand = "cell up";
 
-/// A gap that comes from the load of a test machine is no fault.
-void allow_gaps(const fs::path& profile) {
-  const std::string from = "gap_fault_ms = 2000";
-  std::ifstream in(profile);
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  const auto at = text.find(from);
-  if (at == std::string::npos) throw std::runtime_error(profile.string() + " has no " + from);
-  std::ofstream(profile) << text.replace(at, from.size(), "gap_fault_ms = 10000");
-}
-
 fs::path copy_of_cell() {
   std::string path = (fs::temp_directory_path() / "corbot-soak-XXXXXX").string();
   if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error(path + " cannot be made");
-  for (const auto& entry : fs::directory_iterator(CORBOT_CELL)) fs::copy(entry.path(), path);
-  allow_gaps(fs::path(path) / "arm.toml");
+  for (const auto& entry : fs::directory_iterator(CORBOT_TEST_PROFILES "/cell")) fs::copy(entry.path(), path);
   return path;
 }
 
