@@ -89,15 +89,15 @@ class Connection {
  public:
   /// `buffer_bytes` limits the bytes that the kernel keeps before a read.
   explicit Connection(int port, std::optional<int> buffer_bytes = {}) {
-    const timeval deadline{.tv_sec = kDeadline.count(), .tv_usec = 0};
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &deadline, sizeof deadline);
-    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &deadline, sizeof deadline);
     if (buffer_bytes) ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &*buffer_bytes, sizeof *buffer_bytes);
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     EXPECT_EQ(::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0) << port;
+    const timeval deadline{.tv_sec = kDeadline.count(), .tv_usec = 0};
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &deadline, sizeof deadline);
+    ::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &deadline, sizeof deadline);
   }
   ~Connection() { ::close(fd_); }
   Connection(const Connection&) = delete;
@@ -105,7 +105,8 @@ class Connection {
 
   void send(const std::string& bytes) const {
     for (std::size_t sent = 0; sent < bytes.size();) {
-      const ssize_t count = ::send(fd_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+      const ssize_t count =
+          retried([&] { return ::send(fd_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL); });
       if (count <= 0) return;
       sent += static_cast<std::size_t>(count);
     }
@@ -138,14 +139,22 @@ class Connection {
   /// Returns whether the other end closes the connection.
   [[nodiscard]] bool is_closed() {
     char byte = 0;
-    const ssize_t count = ::recv(fd_, &byte, 1, 0);
+    const ssize_t count = retried([&] { return ::recv(fd_, &byte, 1, 0); });
     return count == 0 || (count < 0 && errno == ECONNRESET);
   }
 
  private:
+  /// A call with a deadline is interrupted if the process is stopped and goes on.
+  template <class Call>
+  static ssize_t retried(Call&& call) {
+    ssize_t count = 0;
+    do count = call();
+    while (count < 0 && errno == EINTR);
+    return count;
+  }
   bool receive() {
     std::array<char, 4096> bytes{};
-    const ssize_t count = ::recv(fd_, bytes.data(), bytes.size(), 0);
+    const ssize_t count = retried([&] { return ::recv(fd_, bytes.data(), bytes.size(), 0); });
     if (count > 0) received_.append(bytes.data(), static_cast<std::size_t>(count));
     return count > 0;
   }
