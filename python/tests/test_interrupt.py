@@ -7,11 +7,12 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 
 import pytest
-from jupyter_client.manager import start_new_kernel
+from jupyter_client.manager import KernelManager
 
 import corbot
 from corbot._orb import uninterrupted
@@ -78,8 +79,21 @@ def in_a_repl(program: str, arm: corbot.Arm) -> float:
 
 
 def in_a_notebook(program: str, arm: corbot.Arm) -> float:
-    kernel, client = start_new_kernel()
+    with tempfile.TemporaryDirectory() as directory:
+        # Ports of TCP are chosen before the kernel binds them, and other tests take some meanwhile.
+        kernel = KernelManager(transport="ipc", ip=f"{directory}/kernel")
+        kernel.start_kernel()
+        try:
+            return in_a_kernel(kernel, program, arm)
+        finally:
+            kernel.shutdown_kernel(now=True)
+
+
+def in_a_kernel(kernel: KernelManager, program: str, arm: corbot.Arm) -> float:
+    client = kernel.client()
+    client.start_channels()
     try:
+        client.wait_for_ready(timeout=60)
         client.execute(f"import corbot\narm = corbot.connect('{arm.address}')")
         cell = client.execute(program, stop_on_error=False)  # else it may discard the next cell
         rest = interrupt(kernel.interrupt_kernel, arm)
@@ -91,7 +105,6 @@ def in_a_notebook(program: str, arm: corbot.Arm) -> float:
         assert seen["content"]["user_expressions"]["joint"]["data"]["text/plain"] == str(arm.state.joints[0])
     finally:
         client.stop_channels()
-        kernel.shutdown_kernel(now=True)
     return rest
 
 
