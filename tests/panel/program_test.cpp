@@ -66,7 +66,7 @@ class PanelProgram : public test::RobotRig {
     auto wanted = Browser::request(verb, target);
     wanted.set("Authorization", "Bearer " + token);
     wanted.body = body;
-    return Browser(port_of_panel_).ask(std::move(wanted));
+    return Browser(port_of_panel_).ask(wanted);
   }
   [[nodiscard]] fs::path token_file() const {
     return directory_ / "corbot" / ("panel-" + std::to_string(port_of_panel_) + ".tokens");

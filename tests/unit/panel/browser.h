@@ -11,6 +11,7 @@
 #include <array>
 #include <boost/beast/http/status.hpp>
 #include <cerrno>
+#include <charconv>
 #include <chrono>
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -125,16 +126,20 @@ class Connection {
     while ((end = received_.find("\r\n\r\n")) == std::string::npos)
       if (!receive()) return {};
     const std::string header = take(end + 4).value();
+    const auto status = header.starts_with("HTTP/1.1 ") ? number(header.substr(9, 3)) : std::nullopt;
     Fields fields;
     for (std::size_t at = header.find("\r\n") + 2; at < end; at = header.find("\r\n", at) + 2) {
       const std::string line = header.substr(at, header.find("\r\n", at) - at);
       const std::size_t colon = line.find(": ");
+      if (colon == std::string::npos) return {};
       fields.insert(line.substr(0, colon), line.substr(colon + 2));
     }
-    const std::string length = fields["Content-Length"];
-    const auto body = take(length.empty() ? 0 : std::stoul(length));
+    const bool has_body = status != 101;
+    const auto length = has_body ? number(fields["Content-Length"]) : std::size_t{0};
+    if (!status || !length) return {};
+    const auto body = take(*length);
     if (!body) return {};
-    return {http::int_to_status(static_cast<unsigned>(std::stoi(header.substr(9, 3)))), fields, *body};
+    return {http::int_to_status(static_cast<unsigned>(*status)), fields, *body};
   }
   /// Returns whether the other end closes the connection.
   [[nodiscard]] bool is_closed() {
@@ -144,6 +149,12 @@ class Connection {
   }
 
  private:
+  static std::optional<std::size_t> number(const std::string& text) {
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return {};
+    return value;
+  }
   /// A call with a deadline is interrupted if the process is stopped and goes on.
   template <class Call>
   static ssize_t retried(Call&& call) {
@@ -155,11 +166,14 @@ class Connection {
   bool receive() {
     std::array<char, 4096> bytes{};
     const ssize_t count = retried([&] { return ::recv(fd_, bytes.data(), bytes.size(), 0); });
-    if (count > 0) received_.append(bytes.data(), static_cast<std::size_t>(count));
-    return count > 0;
+    // After a failure part of a frame may be gone, so nothing more is read.
+    has_failed_ = has_failed_ || count <= 0;
+    if (!has_failed_) received_.append(bytes.data(), static_cast<std::size_t>(count));
+    return !has_failed_;
   }
   int fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   std::string received_;
+  bool has_failed_ = false;
 };
 
 /// A connection that sends one request after another.
@@ -214,10 +228,11 @@ class Page {
   [[nodiscard]] http::status refusal() const { return refusal_; }
 
   void send(const std::string& text) { send_frame(kText, text); }
-  /// Returns the next text; null after an error.
+  /// Returns the next text; null after an error, or if pings alone come until kDeadline.
   nlohmann::json read() {
     std::string text;
-    for (;;) {
+    const auto end = std::chrono::steady_clock::now() + kDeadline;
+    while (std::chrono::steady_clock::now() < end) {
       const auto frame = take_frame();
       if (!frame || frame->opcode == kClose) return {};
       if (frame->opcode == kPing) {
@@ -227,6 +242,7 @@ class Page {
         if (frame->is_last) return nlohmann::json::parse(text);
       }
     }
+    return {};
   }
   /// Returns the next text that has the key; null after an error.
   nlohmann::json read_until(const std::string& key) {

@@ -105,8 +105,7 @@ TEST_F(PanelServer, ServesThePageWithItsTypesAndAPolicy) {
   EXPECT_EQ(page.result(), http::status::ok);
   EXPECT_EQ(page.body(), "<html/>");
   EXPECT_EQ(page["Content-Type"], "text/html; charset=utf-8");
-  EXPECT_THAT(std::string(page["Content-Security-Policy"]),
-              HasSubstr("default-src 'none'; script-src 'self'"));
+  EXPECT_THAT(page["Content-Security-Policy"], HasSubstr("default-src 'none'; script-src 'self'"));
   EXPECT_EQ(page["X-Content-Type-Options"], "nosniff");
   const Response script = browser.get("/parts/main.js?x=1");
   EXPECT_EQ(script.body(), "run()");
