@@ -37,7 +37,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-/// A copy of the shipped cell with its own ports, name and directories.
+/// A copy of the cell for tests with its own ports, name and directories.
 class CellRun : public testing::Test {
  protected:
   CellRun() : ports_(free_ports(5)) {

@@ -86,7 +86,7 @@ class DeviceFixture {
 struct DeviceFixtureKind {
   std::string name;
   std::function<std::unique_ptr<DeviceFixture>(const ArmModel& arm, const std::string& directory)> make;
-  std::string profile{CORBOT_TEST_PROFILE};  ///< of the arm, but for [backend]
+  std::string profile{CORBOT_TIMED_PROFILE};  ///< of the arm, but for [backend]
 };
 void PrintTo(const DeviceFixtureKind& kind, std::ostream* out);
 

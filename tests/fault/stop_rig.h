@@ -116,7 +116,7 @@ class StopRig : public RobotRig {
 
  private:
   void write_profile(const std::string& lines) {
-    std::ifstream from(CORBOT_TEST_PROFILE);
+    std::ifstream from(CORBOT_TIMED_PROFILE);
     std::stringstream text;
     text << from.rdbuf();
     std::string all = text.str();

@@ -50,7 +50,7 @@ class DeviceChain : public RobotRig, public ::testing::WithParamInterface<Device
   }
   /// The Lynx 5, its backend replaced. On a machine too slow for the emulated drives, frames wait for them in
   /// the kernel. The drives then tell where the arm was some 0.1 s ago, which is no following error of an
-  /// arm. On the rig, a cycle of 1 ms leaves drives no time for their heartbeats if the host has other work.
+  /// arm. On the rig, a cycle of 1 ms left drives no time for their heartbeats if the host had other work.
   void write_profile() {
     profile_ = directory_ + "/arm.toml";
     std::string backend = fixture_->backend_section();

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <sys/wait.h>
 
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 

@@ -70,7 +70,7 @@ void print(const std::string& name, std::vector<double> times_ns) {
 }
 
 Profile profile_with(const std::string& backend) {
-  std::ifstream from(CORBOT_TEST_PROFILE);
+  std::ifstream from(CORBOT_TIMED_PROFILE);
   const std::string all{std::istreambuf_iterator<char>(from), {}};
   return parse_profile(all.substr(0, all.find("[backend]")) + backend, "bench");
 }

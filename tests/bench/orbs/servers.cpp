@@ -60,9 +60,9 @@ std::string Servers::start_robot(const std::string& program, const std::string& 
                                  const std::vector<std::string>& address) {
   const std::string bin = CORBOT_BIN_DIR;
   placement_.on_the_others();
-  start({bin + "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name});
+  start({bin + "/corbot-rt", CORBOT_TIMED_PROFILE, "--name", name});
   placement_.on_the_one();
-  std::vector<std::string> command{bin + "/" + program, CORBOT_TEST_PROFILE, "--name", name};
+  std::vector<std::string> command{bin + "/" + program, CORBOT_TIMED_PROFILE, "--name", name};
   command.insert(command.end(), address.begin(), address.end());
   return start(std::move(command));
 }

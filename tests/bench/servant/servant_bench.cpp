@@ -116,8 +116,8 @@ int main(int argc, char** argv) try {
   const int port = free_port();
   const int echo_port = free_port();
   const std::string bin = CORBOT_BIN_DIR;
-  Child rt({bin + "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name});
-  Child servant({bin + "/corbot-servant", CORBOT_TEST_PROFILE, "--name", name, "--endpoint",
+  Child rt({bin + "/corbot-rt", CORBOT_TIMED_PROFILE, "--name", name});
+  Child servant({bin + "/corbot-servant", CORBOT_TIMED_PROFILE, "--name", name, "--endpoint",
                  fmt::format("127.0.0.1:{}", port)});
   Child echo_server({std::string(CORBOT_BINARY_DIR "/bench") + "/bench_echo_server", "-ORBendPoint",
                      fmt::format("giop:tcp:127.0.0.1:{}", echo_port)});

@@ -48,8 +48,8 @@ double since_us(Clock::time_point begin) {
 class Robot {
  public:
   explicit Robot(const std::string& servant)
-      : rt_({std::string(CORBOT_BIN_DIR) + "/corbot-rt", CORBOT_TEST_PROFILE, "--name", name_}),
-        servant_(started(rt_, {std::string(CORBOT_BIN_DIR) + "/" + servant, CORBOT_TEST_PROFILE, "--name",
+      : rt_({std::string(CORBOT_BIN_DIR) + "/corbot-rt", CORBOT_TIMED_PROFILE, "--name", name_}),
+        servant_(started(rt_, {std::string(CORBOT_BIN_DIR) + "/" + servant, CORBOT_TIMED_PROFILE, "--name",
                                name_, "--endpoint", fmt::format("127.0.0.1:{}", port_)})) {
     if (!servant_.wait_line("ready", within(kPatience_s))) throw std::runtime_error(servant_.errors());
     channel_ = std::make_unique<Observer>(Observer::of(name_));
