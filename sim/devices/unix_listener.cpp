@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/devices/unix_listener.h"
 
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -65,6 +66,11 @@ UnixListener::~UnixListener() {
   if (::stat(path_.c_str(), &there) == 0 && there.st_ino == inode_) (void)::unlink(path_.c_str());
 }
 
-int UnixListener::accept() const { return ::accept4(fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC); }
+int UnixListener::accept() const {
+  // Linux makes the new socket before it looks for a client, which takes several times as long as poll.
+  pollfd waiting{fd_, POLLIN, 0};
+  if (::poll(&waiting, 1, 0) != 1) return -1;
+  return ::accept4(fd_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+}
 
 }  // namespace corbot::sim
