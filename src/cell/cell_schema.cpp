@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t kMost = 16;  // places, and robots: bounds of the IDL's sequences
+constexpr std::size_t kMostListed = 16;  // places, and robots: bounds of the IDL's sequences
 constexpr int kMostSlots = 1000;
 constexpr double kLeastPitch_m = 0.04;
 constexpr const char* kWidest = "more than the widest piece's diameter, or a square's diagonal";
@@ -190,7 +190,8 @@ class Reader {
   }
 
   void check_count(const char* key, std::size_t count) {
-    if (count > kMost) faults_.add(0, key, std::to_string(count), fmt::format("at most {}", kMost));
+    if (count > kMostListed)
+      faults_.add(0, key, std::to_string(count), fmt::format("at most {}", kMostListed));
   }
 
   SlotGrid read_slots(Section& section) const {

@@ -58,7 +58,7 @@ void read_to_end(Stopping& stopping) {
 }
 
 /// Prints the result; returns true if the robot has stopped.
-bool report(Stopping& stopping) {
+bool report_stop(Stopping& stopping) {
   read_to_end(stopping);
   const int status = stopping.child.wait();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
@@ -90,7 +90,7 @@ void stop_all(const std::string& robot, double timeout_s) {
   }
   std::vector<std::string> failed;
   for (Stopping& stopping : all) {
-    if (!report(stopping)) failed.push_back(stopping.robot);
+    if (!report_stop(stopping)) failed.push_back(stopping.robot);
   }
   std::fflush(stdout);
   if (const std::string elsewhere = client::robots_elsewhere(); !elsewhere.empty())

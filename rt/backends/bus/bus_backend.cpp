@@ -28,8 +28,6 @@ Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-std::int64_t now_ns() { return Clock::now().time_since_epoch().count(); }
-
 }  // namespace
 
 BusBackend::BusBackend(const ArmModel& arm, std::unique_ptr<BusDevice> device, BusSettings settings,
@@ -80,7 +78,9 @@ bool BusBackend::is_stopped(const ServoFrame& newest) {
   return stop_state_.is_stopped();
 }
 
-void BusBackend::publish(const BusReading& reading) { feedback_.store(feedback_of(arm_, reading, now_ns())); }
+void BusBackend::publish(const BusReading& reading) {
+  feedback_.store(feedback_of(arm_, reading, Clock::now().time_since_epoch().count()));
+}
 
 /// Sends the last commands to an open device.
 void BusBackend::leave(bool is_proper_end) noexcept {

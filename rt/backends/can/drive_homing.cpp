@@ -21,7 +21,7 @@ constexpr ObjectAddress kHomingAcceleration{0x609A};
 
 constexpr DriveBus::Clock::duration kProcessWithin = 1s;
 /// A controlword stands this long before its statusword counts.
-constexpr auto kStep = 20ms;
+constexpr auto kHomingStep = 20ms;
 constexpr auto kHaltWithin = 2s;
 /// The longest way at the slowest speed; a person stands by and may end it sooner.
 constexpr auto kHomeWithin = std::chrono::minutes(10);
@@ -106,7 +106,7 @@ void DriveHoming::set_mode(std::size_t joint, std::uint8_t mode) {
 
 void DriveHoming::halt(std::size_t joint) {
   RunningTime waited(2 * bus_.period(), Clock::now());
-  exchange_for(joint, kStartHoming | kHalt, kStep);
+  exchange_for(joint, kStartHoming | kHalt, kHomingStep);
   while ((bus_.drives()[joint].process.statusword & kStatusReached) == 0) {
     if (waited.look(Clock::now()) > kHaltWithin) fail(joint, "is not halted (statusword bit 10)");
     exchange(joint, kStartHoming | kHalt);
@@ -116,7 +116,7 @@ void DriveHoming::halt(std::size_t joint) {
 bool DriveHoming::home(std::size_t joint, const std::function<bool()>& goes_on) {
   if (!goes_on()) return false;
   set_mode(joint, kHoming);
-  exchange_for(joint, kEnableOperation, kStep);
+  exchange_for(joint, kEnableOperation, kHomingStep);
   RunningTime waited(2 * bus_.period(), Clock::now());
   bool has_begun = false;
   bool has_failed = false;
@@ -125,15 +125,15 @@ bool DriveHoming::home(std::size_t joint, const std::function<bool()>& goes_on) 
     exchange(joint, kStartHoming);
     has_begun = true;
     const auto passed = waited.look(Clock::now());
-    if (passed < kStep) continue;
+    if (passed < kHomingStep) continue;
     const std::uint16_t word = bus_.drives()[joint].process.statusword;
     has_failed = (word & kStatusHomingError) != 0 || passed > kHomeWithin;
     is_homed = !has_failed && (word & kStatusAttained) != 0 && (word & kStatusReached) != 0;
   }
   if (has_begun && !is_homed) halt(joint);
-  exchange_for(joint, kEnableOperation, kStep);
+  exchange_for(joint, kEnableOperation, kHomingStep);
   set_mode(joint, kCyclicSynchronousPosition);
-  exchange_for(joint, kEnableOperation, kStep);
+  exchange_for(joint, kEnableOperation, kHomingStep);
   if (has_failed) {
     fail(joint,
          "has not found its home position (statusword bit 13): look at its switches, and at homing_method");

@@ -24,13 +24,13 @@ constexpr auto kThreadBeginsWithin = 2s;
 constexpr int kTimings = 16;
 constexpr std::int64_t kLongestSet_ns = 20'000;  ///< a pulse is never begun to end earlier than this allows
 
-std::int64_t now_ns() noexcept {
+std::int64_t monotonic_ns() noexcept {
   timespec time{};
   ::clock_gettime(CLOCK_MONOTONIC, &time);
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
-void sleep_until(std::int64_t due_ns) noexcept {
+void sleep_to(std::int64_t due_ns) noexcept {
   timespec due{};
   due.tv_sec = static_cast<time_t>(due_ns / 1'000'000'000);
   due.tv_nsec = static_cast<long>(due_ns % 1'000'000'000);
@@ -121,14 +121,14 @@ void Gpiod::run() noexcept {
   is_realtime_.store(take_priority() ? 1 : 0, std::memory_order_release);
   time_setting();
   PulseWidths widths;
-  std::int64_t begin_ns = now_ns() + frame_ns_;
+  std::int64_t begin_ns = monotonic_ns() + frame_ns_;
   while (!end_.load(std::memory_order_relaxed) && error_.load(std::memory_order_relaxed) == 0) {
-    sleep_until(begin_ns);
+    sleep_to(begin_ns);
     (void)widths_.load(widths);  // torn: take those of the last frame once more
     make_frame(plan_pulses(widths, frame_ns_, settings_.order), begin_ns);
     begin_ns += frame_ns_;
     // Skips a missed frame: pulses that follow each other too soon would harm a servo.
-    if (const std::int64_t behind_ns = now_ns() - begin_ns; behind_ns > 0) {
+    if (const std::int64_t behind_ns = monotonic_ns() - begin_ns; behind_ns > 0) {
       begin_ns += (behind_ns / frame_ns_ + 1) * frame_ns_;
     }
   }
@@ -138,10 +138,10 @@ void Gpiod::run() noexcept {
 void Gpiod::make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept {
   for (std::uint32_t g = 0; g < plan.group_count; ++g) {
     const PulseGroup& group = plan.groups[g];
-    sleep_until(begin_ns + group.rise_ns);
+    sleep_to(begin_ns + group.rise_ns);
     std::uint32_t high = group.lines;
     set(high);
-    const std::int64_t rose_ns = now_ns();
+    const std::int64_t rose_ns = monotonic_ns();
     for (std::uint32_t f = 0; f < group.fall_count; ++f) {
       high &= ~group.falls[f].lines;
       lower_at(rose_ns + group.falls[f].after_ns, high);
@@ -152,11 +152,11 @@ void Gpiod::make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept {
 /// Counts the instant at which the lines have been set, as for the rise.
 void Gpiod::lower_at(std::int64_t due_ns, std::uint32_t high) noexcept {
   const std::int64_t begin_ns = due_ns - quickest_set_ns_;
-  sleep_until(begin_ns - settings_.awake_ns);
-  std::int64_t begun_ns = now_ns();
-  while (begun_ns < begin_ns) begun_ns = now_ns();
+  sleep_to(begin_ns - settings_.awake_ns);
+  std::int64_t begun_ns = monotonic_ns();
+  while (begun_ns < begin_ns) begun_ns = monotonic_ns();
   set(high);
-  const std::int64_t done_ns = now_ns();
+  const std::int64_t done_ns = monotonic_ns();
   quickest_set_ns_ = std::min(quickest_set_ns_, done_ns - begun_ns);
   lateness_.count(done_ns - due_ns);
 }
@@ -166,9 +166,9 @@ void Gpiod::lower_at(std::int64_t due_ns, std::uint32_t high) noexcept {
 void Gpiod::time_setting() noexcept {
   quickest_set_ns_ = kLongestSet_ns;
   for (int i = 0; i < kTimings; ++i) {
-    const std::int64_t begun_ns = now_ns();
+    const std::int64_t begun_ns = monotonic_ns();
     set(0);
-    quickest_set_ns_ = std::min(quickest_set_ns_, now_ns() - begun_ns);
+    quickest_set_ns_ = std::min(quickest_set_ns_, monotonic_ns() - begun_ns);
   }
 }
 

@@ -16,7 +16,7 @@ constexpr auto kWriteWithin = 300ms;       // beyond the transmission in progres
 /// An adapter delivers its data every 16 ms, and the controller takes its time.
 constexpr auto kReplyInService = 30ms;
 constexpr auto kSilence = 150ms;
-constexpr int kTries = 5;
+constexpr int kMostTries = 5;
 /// The motion at the speed of an approach, between two replies on a slow line.
 constexpr double kAlike_us = 50.0;
 
@@ -69,7 +69,7 @@ SerialDialog::Pulses SerialDialog::read_until_stable(std::size_t count,
   std::optional<Pulses> before;
   DeviceError why(DeviceCause::kBadAnswer,
                   path_ + ": reports no stable position: is the line disturbed, does an arm move?");
-  for (int i = 0; i < kTries; ++i) {
+  for (int i = 0; i < kMostTries; ++i) {
     try {
       const Pulses now = query();
       const auto is_alike = [](double a, double b) { return std::abs(a - b) <= kAlike_us; };

@@ -7,7 +7,7 @@
 namespace corbot::cell {
 namespace {
 
-void run(const CellConfig& cell) {
+void keep_ledger(const CellConfig& cell) {
   Ledger ledger(cell);
   StoreServant servant(ledger);
   OrbServer server(cell.host, {cell.store_port()});
@@ -20,7 +20,8 @@ void run(const CellConfig& cell) {
 }  // namespace corbot::cell
 
 int main(int argc, char** argv) {
-  return corbot::cell::run_program(
-      argc, argv,
-      {.name = "corbot-store", .about = "Keeps the ledger of a cell's pieces", .run = corbot::cell::run});
+  return corbot::cell::run_program(argc, argv,
+                                   {.name = "corbot-store",
+                                    .about = "Keeps the ledger of a cell's pieces",
+                                    .run = corbot::cell::keep_ledger});
 }

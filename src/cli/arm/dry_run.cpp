@@ -25,8 +25,6 @@ using client::Failure;
 using client::Request;
 using client::Verb;
 
-namespace {
-
 Profile profile_of(const std::string& file) {
   try {
     return load_profile(file);
@@ -34,6 +32,8 @@ Profile profile_of(const std::string& file) {
     throw Failure(ExitCode::kUsage, error.what());
   }
 }
+
+namespace {
 
 std::array<double, 3> point(const Request& request, std::size_t first) {
   return {request.numbers[first], request.numbers[first + 1], request.numbers[first + 2]};

@@ -12,6 +12,9 @@
 
 namespace corbot::cli {
 
+/// Reads a profile. Throws Failure of a wrong usage with the fault.
+[[nodiscard]] Profile profile_of(const std::string& file);
+
 /// Plans commands one after the other like the servant, without any process. The arm begins with all joints
 /// at 0 or at begin_at(), with the profile's settings.
 class DryRun {

@@ -11,11 +11,11 @@
 #include "cli/arm/arm_picture.h"
 #include "cli/arm/arm_report.h"
 #include "cli/arm/doubts.h"
+#include "cli/arm/dry_run.h"
 #include "client/failure.h"
 #include "client/number.h"
 #include "client/write_file.h"
 #include "config/arms/write_urdf.h"
-#include "config/load_profile.h"
 #include "corbot/units.h"
 
 namespace corbot::cli {
@@ -24,14 +24,6 @@ using client::ExitCode;
 using client::Failure;
 
 namespace {
-
-Profile profile_of(const std::string& file) {
-  try {
-    return load_profile(file);
-  } catch (const ConfigError& error) {
-    throw Failure(ExitCode::kUsage, error.what());
-  }
-}
 
 std::vector<double> numbers_of(std::string_view option, std::string_view text) {
   std::vector<double> numbers;

@@ -23,7 +23,7 @@ constexpr MarkUnit kDegrees{
 constexpr MarkUnit kMillimetres{"mm", "mm", "us_per_mm", "range_m", 1000.0,  1e-3,
                                 5.0,  50.0, 0.5,         200.0,     10'000.0};
 
-double rounded(double value, double steps) { return std::round(value * steps) / steps; }
+double in_steps(double value, double steps) { return std::round(value * steps) / steps; }
 
 /// Rounds inwards, so that the joint can reach the end.
 double rounded_end(double value, bool upper) {
@@ -33,7 +33,7 @@ double rounded_end(double value, bool upper) {
 }
 
 /// Converts to the unit of the profile.
-double in_profile(const MarkUnit& unit, double value) { return rounded(value / unit.range_key_units, 1e9); }
+double in_profile(const MarkUnit& unit, double value) { return in_steps(value / unit.range_key_units, 1e9); }
 
 }  // namespace
 
@@ -53,11 +53,11 @@ LineResult line_through(const Mark& a, const Mark& b, const MarkUnit& unit) {
   const double slope = pulse_us / way;
   ServoLine line;
   line.direction = slope > 0.0 ? 1 : -1;
-  line.us_per_unit = rounded(std::abs(slope), 1e3);
+  line.us_per_unit = in_steps(std::abs(slope), 1e3);
   // The line goes through the middle of both marks, so that the rounding error of the scale is equal at
   // either.
   const double middle = 0.5 * (a.value + b.value);
-  line.zero_us = rounded(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_unit * middle, 1e2);
+  line.zero_us = in_steps(0.5 * (a.pulse_us + b.pulse_us) - line.direction * line.us_per_unit * middle, 1e2);
   if (line.us_per_unit < unit.scale_min || line.us_per_unit > unit.scale_max) {
     return {std::nullopt,
             fmt::format(
@@ -77,9 +77,9 @@ Calibration::Calibration(const Profile& profile)
     joint.name = profile.joint_names[i];
     const MarkUnit& unit = unit_of(profile.arm.kinematics.joint_kind(i));
     joint.unit = &unit;
-    joint.line = {map.zero_us, rounded(map.us_per_q * unit.q_per_unit, 1e9), map.direction > 0.0 ? 1 : -1};
-    joint.range = {rounded(limits.lower_q / unit.q_per_unit, 1e9),
-                   rounded(limits.upper_q / unit.q_per_unit, 1e9)};
+    joint.line = {map.zero_us, in_steps(map.us_per_q * unit.q_per_unit, 1e9), map.direction > 0.0 ? 1 : -1};
+    joint.range = {in_steps(limits.lower_q / unit.q_per_unit, 1e9),
+                   in_steps(limits.upper_q / unit.q_per_unit, 1e9)};
     joint.pulse_range_us = {map.pulse_min_us, map.pulse_max_us};
     joints_.push_back(std::move(joint));
   }
@@ -94,7 +94,7 @@ ServoLine Calibration::line(std::size_t joint) const {
   ServoLine line = it.line;
   if (it.marks.empty()) return line;
   const Mark& mark = it.marks.back();
-  line.zero_us = rounded(mark.pulse_us - line.direction * line.us_per_unit * mark.value, 1e2);
+  line.zero_us = in_steps(mark.pulse_us - line.direction * line.us_per_unit * mark.value, 1e2);
   return line;
 }
 
@@ -148,7 +148,7 @@ std::string Calibration::limit(std::size_t joint, bool upper, double pulse_us) {
 
 void Calibration::mark_gripper(bool open, double pulse_us) {
   remember();
-  (open ? open_us_ : closed_us_) = rounded(pulse_us, 1e2);
+  (open ? open_us_ : closed_us_) = in_steps(pulse_us, 1e2);
 }
 
 bool Calibration::undo() {

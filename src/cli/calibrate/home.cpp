@@ -31,7 +31,7 @@ using client::printable;
 
 namespace {
 
-Profile read_profile(const std::string& file) {
+Profile profile_of_drives(const std::string& file) {
   try {
     Profile profile = load_profile(file);
     if (profile.backend.kind == "socketcan") return profile;
@@ -193,7 +193,7 @@ class Homing {
 }  // namespace
 
 void home(const HomeOptions& options) {
-  const Profile profile = read_profile(options.profile);
+  const Profile profile = profile_of_drives(options.profile);
   const std::vector<std::size_t> joints = chosen_joints(profile, options.joints);
   const std::string& name = options.name.empty() ? profile.name : options.name;
   const StateLock lock = claim_servos(name);

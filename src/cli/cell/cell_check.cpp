@@ -19,7 +19,6 @@ namespace corbot::cli {
 using cell::CellConfig;
 using cell::CellRobot;
 using cell::Kind;
-using cell::Place;
 using client::ExitCode;
 using client::Failure;
 using client::Request;
@@ -46,7 +45,7 @@ struct Spot {
 
 /// Returns every slot for the kind. For an area returns the outermost spots at which a whole piece fits,
 /// those halfway, and the middle.
-std::vector<Spot> spots_of(const Place& place, const Kind& kind) {
+std::vector<Spot> spots_of(const cell::Place& place, const Kind& kind) {
   std::vector<Spot> spots;
   if (place.slots) {
     for (int slot = 0; slot < place.slots->count(); ++slot)
@@ -91,7 +90,7 @@ class ReachPlans {
     double time_s{0};
   };
 
-  void check(const Place& place) {
+  void check(const cell::Place& place) {
     for (const Kind& kind : cell_.kinds) {
       for (const Spot& spot : spots_of(place, kind))
         check(place, fmt::format("{} {}, {}, {}", cell_.key_of(place), place.name, spot.name, kind.name),
@@ -100,7 +99,7 @@ class ReachPlans {
   }
 
   /// Checks a worker's path to a grasp. The return path is the same line, and a free motion or the same arc.
-  void check(const Place& place, const std::string& key, const Vector3d& grasp_m) {
+  void check(const cell::Place& place, const std::string& key, const Vector3d& grasp_m) {
     result_.points += 2;
     if (robot_.moves_on_arc(place) && waiting_) check_arc(key, grasp_m + Vector3d(0, 0, robot_.above_m));
     std::optional<DryRun> robot = waiting_;

@@ -31,7 +31,7 @@ constexpr double kRobotEndsWithin_s = 20;        // a robot ends three processes
 constexpr double kCoordinatorEndsWithin_s = 15;  // its robots come to rest, and a camera look ends
 constexpr std::string_view kScenePort = "unix:SCENE/NAME.servos";
 
-fs::path profile_of(const CellConfig& cell, const CellRobot& robot) {
+fs::path profile_path(const CellConfig& cell, const CellRobot& robot) {
   return cell.state_directory / kRobots / (robot.name + ".toml");
 }
 
@@ -106,9 +106,9 @@ void write_profiles(const CellConfig& cell) {
   for (const CellRobot& robot : cell.robots) {
     if (robot.profile.empty()) continue;
     const std::string text = profile_text(cell, robot);
-    std::ofstream file(profile_of(cell, robot));
+    std::ofstream file(profile_path(cell, robot));
     if (!(file << text).flush())
-      throw Failure(ExitCode::kInternal, profile_of(cell, robot).string() + ": cannot be written");
+      throw Failure(ExitCode::kInternal, profile_path(cell, robot).string() + ": cannot be written");
   }
 }
 
@@ -127,7 +127,7 @@ std::vector<Supervisor::Spec> cell_processes(const CellConfig& cell, const cell:
     if (robot.profile.empty()) continue;
     specs.push_back(
         spec(cell, robot.name,
-             {beside_executable("corbot"), "up", profile_of(cell, robot).string(), "--name",
+             {beside_executable("corbot"), "up", profile_path(cell, robot).string(), "--name",
               cell.robot_name(robot), "--endpoint", net::endpoint_text(cell.host, cell.robot_port(robot)),
               "--state-dir", (cell.state_directory / kRobots).string(), "--orb", robot.orb},
              nowhere));

@@ -59,7 +59,7 @@ bool take(int fd) {
   return ::fcntl(fd, F_SETLK, &record) == 0;
 }
 
-void replace_file(const fs::path& file, const std::string& text) {
+void rewrite(const fs::path& file, const std::string& text) {
   const fs::path fresh = file.string() + ".new";
   const Descriptor fd(::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0600));
   if (fd.get() < 0) throw system_failure(fresh, errno);
@@ -122,12 +122,12 @@ void StateLock::write(const RobotState& state) {
                   {"rt_pid", state.rt_pid},   {"servant_pid", state.servant_pid},
                   {"naming", state.naming}};
   state_ = data.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
-  replace_file(directory_ / (name_ + ".json"), state_);
+  rewrite(directory_ / (name_ + ".json"), state_);
 }
 
 void StateLock::write_profile(std::string text) {
   profile_ = std::move(text);
-  replace_file(profile_path(), profile_);
+  rewrite(profile_path(), profile_);
 }
 
 void StateLock::restore() {
@@ -143,9 +143,9 @@ void StateLock::restore() {
     }
     ::close(std::exchange(fd_, fd));
   }
-  if (!profile_.empty() && !fs::exists(profile_path(), ignored)) replace_file(profile_path(), profile_);
+  if (!profile_.empty() && !fs::exists(profile_path(), ignored)) rewrite(profile_path(), profile_);
   const fs::path state = directory_ / (name_ + ".json");
-  if (!state_.empty() && !fs::exists(state, ignored)) replace_file(state, state_);
+  if (!state_.empty() && !fs::exists(state, ignored)) rewrite(state, state_);
 }
 
 std::vector<std::string> stale_robots() {
