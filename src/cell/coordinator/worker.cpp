@@ -25,6 +25,10 @@ constexpr double kConnectAgain_s = 1;            // between two attempts to reac
 constexpr std::chrono::seconds kConnectFor{10};  // then the status calls for a person
 constexpr std::chrono::seconds kPersonPause{1};  // between two checks of a person's answer
 constexpr double kFaultPause_s = 0.1;
+/// A stand-by has control for an instant to look at the claim. Refusals in a row, this time apart, are those
+/// of a robot at work.
+constexpr double kInstant_s = 0.2;
+constexpr int kRefusalsAtWork = 4;
 constexpr double kOverShared_m = 0.05;  // margin of a shared place; wait poses are outside
 constexpr double kAtWait_m = 0.005;
 constexpr int kSettleReads = 10;  // reads of the position, 0.1 s apart
@@ -230,7 +234,7 @@ std::optional<Transfer> Worker::resolve() {
 }
 
 void Worker::connect() {
-  while (true) {
+  for (int refusals = 0;;) {
     end_if_stopped();
     const auto is_late = [&] { return std::chrono::steady_clock::now() - interrupted_ > kConnectFor; };
     std::string why;
@@ -248,6 +252,10 @@ void Worker::connect() {
         why = is_late() ? how_to_clear() : robot_.name + " is in Error, or has no real-time task";
       }
     } catch (const Corbot::NotReady& e) {
+      if (++refusals < kRefusalsAtWork) {
+        pause(kInstant_s, stop_);
+        continue;
+      }
       why = "stand-by: " + client::printable(e.reason.in());
       is_standby = true;
     } catch (const Corbot::BadParameter& e) {  // a store of another cell does not know the robot
@@ -256,6 +264,7 @@ void Worker::connect() {
       why = plain_text(e);
     }
     if (is_late() && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
+    refusals = 0;
     if (is_standby) heeded_ = before;
     const Corbot::WorkState late = is_standby ? Corbot::WorkWaiting : Corbot::WorkAttention;
     status_.set(is_late() ? late : Corbot::WorkIdle, why);

@@ -697,6 +697,27 @@ TEST_P(WorkerTest, AClaimWhoseHolderEndedWhileItWaitedPassesOnByAStartSinceThen)
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
+TEST_P(WorkerTest, AStartCountsThoughAStandByHasControlAtThatInstant) {
+  FakeCell world(config_, GetParam());
+  add_piece(world, 0);
+  world.is_claimed = true;
+  world.holder = cell::waiting_name(cell::process_name() + "1");  // it has ended
+  world.on_acquire = [is_refused = false]() mutable {
+    if (!std::exchange(is_refused, true)) throw Corbot::NotReady("'other' has control");
+  };
+  world.on_claimed = [&, looks = 0]() mutable {
+    if (++looks == 3) world.stop_source.request_stop();
+  };
+  cell::Worker worker(
+      config_, *config_.robot(GetParam()), {world, world, world}, "test",
+      [&](const std::string& text) { world.report(text); }, world.stop_source.get_token());
+  worker.go_on();
+  worker.run();
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
+  EXPECT_EQ(world.count_reports("has ended while"), 0);
+  EXPECT_THAT(world.violations, IsEmpty());
+}
+
 TEST_P(WorkerTest, AStopOfTheCellReachesARobotThatWaitsForAPiece) {
   FakeCell world(config_, GetParam());
   world.on_reserve = [&](int number) { world.is_cell_stopped = number == 2; };
