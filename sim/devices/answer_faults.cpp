@@ -7,7 +7,6 @@ namespace corbot::sim {
 namespace {
 
 constexpr std::uint64_t kLongestDelay_ms = 60'000;
-constexpr std::int64_t kMillisecond_ns = 1'000'000;
 
 }  // namespace
 
@@ -25,7 +24,7 @@ std::int64_t AnswerFaults::apply(std::string_view query, std::vector<std::uint8_
   for (std::uint8_t& byte : answer) {
     if (fault.is_garbled) byte = static_cast<std::uint8_t>(~byte);
   }
-  return static_cast<std::int64_t>(fault.delay_ms) * kMillisecond_ns;
+  return static_cast<std::int64_t>(fault.delay_ms) * 1'000'000;
 }
 
 std::optional<std::string> AnswerFaults::execute(const std::vector<std::string_view>& words) {

@@ -24,7 +24,7 @@ constexpr std::string_view kUnix = "unix:";
 /// The number of frames taken from one client before the others have their turn.
 constexpr int kBurst = 64;
 
-[[noreturn]] void fail_bus(const std::string& name, const std::string& why) {
+[[noreturn]] void no_bus(const std::string& name, const std::string& why) {
   throw std::runtime_error(name + ": " + why);
 }
 
@@ -98,16 +98,16 @@ class KernelBus final : public CanBus {
 
   void open() override {
     const unsigned index = ::if_nametoindex(interface_.c_str());
-    if (index == 0) fail_bus(interface_, "no such interface");
+    if (index == 0) no_bus(interface_, "no such interface");
     fd_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
-    if (fd_ < 0) fail_bus(interface_, fmt::format("no SocketCAN: {}", std::strerror(errno)));
+    if (fd_ < 0) no_bus(interface_, fmt::format("no SocketCAN: {}", std::strerror(errno)));
     sockaddr_can address{};
     address.can_family = AF_CAN;
     address.can_ifindex = static_cast<int>(index);
     if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0) return;
     const int error = errno;
     close();
-    fail_bus(interface_, std::strerror(error));
+    no_bus(interface_, std::strerror(error));
   }
 
   void close() noexcept override {

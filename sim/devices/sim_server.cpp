@@ -23,7 +23,7 @@ constexpr std::size_t kMostUnderWay = 256;
 constexpr std::int64_t kBatch_ns = 1'000'000;
 /// Payload of one USB packet of an FTDI adapter: a full packet does not wait for the latency timer.
 constexpr std::size_t kAdapterPacket = 62;
-constexpr std::int64_t kCommandUnit_ns = 1'000'000;
+constexpr std::int64_t kMillisecond_ns = 1'000'000;
 constexpr std::uint64_t kLongest_ms = 60'000;
 
 constexpr const char* kServerCommands =
@@ -180,12 +180,12 @@ std::optional<std::string> SimServer::execute_fault(const std::vector<std::strin
   } else if (what == "silent" && is_switch) {
     is_silent_ = words[1] == "on";
   } else if (what == "batch" && is_time) {
-    batch_ns_ = static_cast<std::int64_t>(count) * kCommandUnit_ns;
+    batch_ns_ = static_cast<std::int64_t>(count) * kMillisecond_ns;
   } else if (what == "power" && is_switch) {
     set_power(words[1] == "on", now_ns);
   } else if (what == "brownout" && is_time) {
     set_power(false, now_ns);
-    power_on_ns_ = now_ns + static_cast<std::int64_t>(count) * kCommandUnit_ns;
+    power_on_ns_ = now_ns + static_cast<std::int64_t>(count) * kMillisecond_ns;
   } else {
     return std::nullopt;
   }

@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 constexpr std::size_t kMostListed = 16;  // places, and robots: bounds of the IDL's sequences
 constexpr int kMostSlots = 1000;

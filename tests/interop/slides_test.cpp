@@ -244,11 +244,11 @@ TEST_F(Slides, OfAScaraAreMovedByDrives) {
   EXPECT_NEAR(before->measuredJoints[2], -0.05, 1e-5);
   EXPECT_NEAR(before->measuredJoints[3], 30.0, 0.01);
   // The task reads the drives' position a cycle later than this test does, or more on a busy machine.
-  ASSERT_TRUE(wait_until(within(20), [&] { return std::abs(joint(2) + 0.05) < 1e-9; }));
+  ASSERT_TRUE(wait_until(within(20), [&] { return std::abs(joint(2) + 0.05) < 1e-9; })) << joint(2);
   const Corbot::CartesianCoord at = arm_->CartCoord();
   arm_->MoveS(at.x - 0.02, at.y, at.z - 0.03, 0, 0);
   EXPECT_TRUE(wait_until(within(20), [&] { return drives_->counts().at(3) == 1000 - 16'000; }));
-  EXPECT_TRUE(wait_until(within(20), [&] { return std::abs(joint(2) + 0.08) < 1e-9; }));
+  EXPECT_TRUE(wait_until(within(20), [&] { return std::abs(joint(2) + 0.08) < 1e-9; })) << joint(2);
   EXPECT_EQ(raised_by([&] { arm_->Drive(2, -0.1, 0.1); }), "LimitExceeded");
   const Corbot::Ticket ticket = arm_->StartDrive(2, 0.07, 0.05);
   ASSERT_TRUE(wait_until(within(20), [&] { return drives_->counts("targets").at(3) > 1000 - 14'000; }));

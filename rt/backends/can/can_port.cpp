@@ -28,7 +28,7 @@ constexpr std::string_view kUnixPort = "unix:";
 constexpr std::size_t kFrameMemory = 768;
 /// The kernel does not signal when a transmit queue has room again: poll() always reports it writable.
 constexpr timespec kRetryFull{0, 100'000};
-constexpr std::chrono::milliseconds kEachLook{20};
+constexpr std::chrono::milliseconds kLongestLook{20};
 
 }  // namespace
 
@@ -137,7 +137,7 @@ void CanPort::close() noexcept {
 void CanPort::write(const CanFrame& frame, Clock::time_point deadline) {
   constexpr std::chrono::milliseconds kLongest{2};  // the longest counted time between two looks
   const auto begin = Clock::now();
-  const auto bound = std::max<Clock::duration>(deadline - begin, kEachLook);
+  const auto bound = std::max<Clock::duration>(deadline - begin, kLongestLook);
   RunningTime waited(kLongest, begin);
   for (;;) {
     const ssize_t n = ::send(fd_, &frame, sizeof(frame), MSG_NOSIGNAL);
@@ -162,9 +162,9 @@ bool CanPort::is_wanted(const CanFrame& frame) const {
 std::optional<CanFrame> CanPort::read(Clock::time_point deadline) {
   const auto begin = Clock::now();
   const Clock::duration bound = deadline - begin;
-  RunningTime waited(2 * kEachLook, begin);
+  RunningTime waited(2 * kLongestLook, begin);
   for (;;) {
-    const Clock::duration left = std::min<Clock::duration>(bound - waited.look(Clock::now()), kEachLook);
+    const Clock::duration left = std::min<Clock::duration>(bound - waited.look(Clock::now()), kLongestLook);
     CanFrame frame{};
     const ssize_t n = ::recv(fd_, &frame, sizeof(frame), 0);
     if (n == static_cast<ssize_t>(sizeof(frame)) && is_wanted(frame)) return frame;

@@ -18,6 +18,10 @@ enum class NmtCommand : std::uint8_t { kStart = 0x01, kStop = 0x02, kPreOperatio
 /// corbot's own node number, from which drives await a heartbeat.
 inline constexpr std::uint8_t kMasterNode = 127;
 
+/// The first objects of the communication parameters of PDOs (CiA 301).
+inline constexpr std::uint16_t kRpdoParameters = 0x1400;
+inline constexpr std::uint16_t kTpdoParameters = 0x1800;
+
 /// The states in a heartbeat.
 enum class NmtState : std::uint8_t { kBootUp = 0, kStopped = 4, kOperational = 5, kPreOperational = 127 };
 

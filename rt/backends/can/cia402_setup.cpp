@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "rt/backends/can/cia402.h"
 #include "rt/backends/can/drive_objects.h"
 
 namespace corbot::rt {
@@ -26,9 +27,7 @@ constexpr ObjectAddress kSupportedModes{0x6502};
 constexpr std::uint32_t kProfile402 = 402;
 constexpr std::uint32_t kCyclicPositionBit = 1u << 7;
 
-constexpr std::uint16_t kRpdoParameters = 0x1400;
 constexpr std::uint16_t kRpdoMapping = 0x1600;
-constexpr std::uint16_t kTpdoParameters = 0x1800;
 constexpr std::uint16_t kTpdoMapping = 0x1A00;
 
 /// Index, sub-index and bits of an object in a PDO.

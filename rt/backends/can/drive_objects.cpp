@@ -16,8 +16,6 @@ constexpr ObjectAddress kMode{0x6060};
 constexpr ObjectAddress kModeDisplay{0x6061};
 constexpr ObjectAddress kStatuswordObject{0x6041};
 
-constexpr std::uint16_t kFirstRpdo = 0x1400;
-constexpr std::uint16_t kFirstTpdo = 0x1800;
 constexpr std::uint16_t kPdos = 4;
 constexpr std::uint32_t kPdoOff = 1u << 31;
 constexpr std::uint32_t kNoRemoteRequest = 1u << 30;  // some devices keep it, and some do not
@@ -88,7 +86,7 @@ bool DriveObjects::make_mode_inactive() {
 bool DriveObjects::switch_off_pdos() {
   bool had_any = false;
   for (std::uint16_t number = 0; number < kPdos; ++number) {
-    for (const std::uint16_t parameters : {kFirstRpdo, kFirstTpdo}) {
+    for (const std::uint16_t parameters : {kRpdoParameters, kTpdoParameters}) {
       const ObjectAddress object{static_cast<std::uint16_t>(parameters + number), 1};
       const auto identifier = sdo_.read_if_there(object);
       if (!identifier || (*identifier & kPdoOff) != 0) continue;
@@ -101,7 +99,7 @@ bool DriveObjects::switch_off_pdos() {
 
 void DriveObjects::switch_off_other_pdos() {
   for (std::uint16_t number = 1; number < kPdos; ++number) {
-    const ObjectAddress object{static_cast<std::uint16_t>(kFirstTpdo + number), 1};
+    const ObjectAddress object{static_cast<std::uint16_t>(kTpdoParameters + number), 1};
     const auto identifier = sdo_.read_if_there(object);
     if (identifier && (*identifier & kPdoOff) == 0) ensure(object, *identifier | kPdoOff, 4);
   }
@@ -148,7 +146,7 @@ void DriveObjects::map(const PdoPlan& plan) {
 }
 
 void DriveObjects::ensure_pdo(const PdoPlan& plan) {
-  const bool sends = plan.parameters >= kFirstTpdo;
+  const bool sends = plan.parameters >= kTpdoParameters;
   const std::uint32_t identifier = (sends ? kNoRemoteRequest : 0u) | plan.identifier;
   const std::uint32_t mask = ~kNoRemoteRequest;
   const ObjectAddress where{plan.parameters, 1};

@@ -30,7 +30,7 @@ std::int64_t monotonic_ns() noexcept {
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
-void sleep_to(std::int64_t due_ns) noexcept {
+void rest_until(std::int64_t due_ns) noexcept {
   timespec due{};
   due.tv_sec = static_cast<time_t>(due_ns / 1'000'000'000);
   due.tv_nsec = static_cast<long>(due_ns % 1'000'000'000);
@@ -123,7 +123,7 @@ void Gpiod::run() noexcept {
   PulseWidths widths;
   std::int64_t begin_ns = monotonic_ns() + frame_ns_;
   while (!end_.load(std::memory_order_relaxed) && error_.load(std::memory_order_relaxed) == 0) {
-    sleep_to(begin_ns);
+    rest_until(begin_ns);
     (void)widths_.load(widths);  // torn: take those of the last frame once more
     make_frame(plan_pulses(widths, frame_ns_, settings_.order), begin_ns);
     begin_ns += frame_ns_;
@@ -138,7 +138,7 @@ void Gpiod::run() noexcept {
 void Gpiod::make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept {
   for (std::uint32_t g = 0; g < plan.group_count; ++g) {
     const PulseGroup& group = plan.groups[g];
-    sleep_to(begin_ns + group.rise_ns);
+    rest_until(begin_ns + group.rise_ns);
     std::uint32_t high = group.lines;
     set(high);
     const std::int64_t rose_ns = monotonic_ns();
@@ -152,7 +152,7 @@ void Gpiod::make_frame(const PulsePlan& plan, std::int64_t begin_ns) noexcept {
 /// Counts the instant at which the lines have been set, as for the rise.
 void Gpiod::lower_at(std::int64_t due_ns, std::uint32_t high) noexcept {
   const std::int64_t begin_ns = due_ns - quickest_set_ns_;
-  sleep_to(begin_ns - settings_.awake_ns);
+  rest_until(begin_ns - settings_.awake_ns);
   std::int64_t begun_ns = monotonic_ns();
   while (begun_ns < begin_ns) begun_ns = monotonic_ns();
   set(high);

@@ -25,7 +25,6 @@ constexpr auto kApproachSpeed = static_cast<unsigned>(kApproach_us_per_s * kQuar
 /// The value of 1 in the board's unit: 0.25 us per 10 ms and 80 ms.
 constexpr double kAcceleration_us_per_s2 = 312.5;
 constexpr double kMostAcceleration = 255.0;
-constexpr std::int64_t kPulseFrame_ns = 20'000'000;
 constexpr int kFramesPerCheck = 50;
 constexpr double kShortestApproach_s = 2.5;
 constexpr double kMostTravel_us = 2000.0;
@@ -140,7 +139,7 @@ std::string Maestro::open() {
   const auto bytes =
       static_cast<std::int64_t>(settings_.servos) * kBytesPerServo * (settings_.readback ? 2 : 1) +
       kBytesPerQuery;
-  period_ns_ = std::max(kPulseFrame_ns, bytes * 11'000'000'000 / settings_.baud);
+  period_ns_ = std::max(kServoFrame_ns, bytes * 11'000'000'000 / settings_.baud);
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return "Maestro on " + settings_.port + ": " + std::to_string(tenths_hz / 10) + "." +
          std::to_string(tenths_hz % 10) + " frames a second" + latency_warning(dialog_.latency_ms());

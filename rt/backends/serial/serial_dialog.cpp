@@ -10,9 +10,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::int64_t kBitsPerByte = 10;  // 8N1
-constexpr auto kReplyWithin = 300ms;       // outside service
-constexpr auto kWriteWithin = 300ms;       // beyond the transmission in progress
+constexpr auto kReplyWithin = 300ms;  // outside service
+constexpr auto kWriteWithin = 300ms;  // beyond the transmission in progress
 /// An adapter delivers its data every 16 ms, and the controller takes its time.
 constexpr auto kReplyInService = 30ms;
 constexpr auto kSilence = 150ms;

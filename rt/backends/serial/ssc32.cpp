@@ -11,10 +11,8 @@ namespace {
 
 constexpr int kPulseMin_us = 500;
 constexpr int kPulseMax_us = 2500;
-constexpr std::int64_t kServoFrame_ns = 20'000'000;
 constexpr const char* kModelU = "SSC-32U";
 constexpr std::size_t kLongestVersion = 64;
-constexpr std::size_t kLineBitsPerByte = 10;  // 8N1
 /// The reply to QP of a channel that has had no pulse since power-up. It is the 500 us that the controller
 /// assumes for every servo, or 0.
 constexpr double kNeverCommanded_us = 500.0;
@@ -70,7 +68,7 @@ std::int64_t Ssc32::shortest_period_ns(std::size_t servos, int baud, bool readba
           : 0;
   const std::int64_t replies_ns = (readback ? kReply_ns : 0) + (stop_input ? kReply_ns : 0) + kept_ns;
   const auto line_ns =
-      static_cast<std::int64_t>(bytes * kLineBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
+      static_cast<std::int64_t>(bytes * kBitsPerByte * 1'000'000'000ull / static_cast<unsigned>(baud));
   // Adds a tenth, so that a controller that is a little slow does not fall behind for ever.
   const std::int64_t period_ns = line_ns + line_ns / 10 + replies_ns;
   // If frames have a time, the reply to the first query is awaited.

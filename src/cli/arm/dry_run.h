@@ -12,7 +12,7 @@
 
 namespace corbot::cli {
 
-/// Reads a profile. Throws Failure of a wrong usage with the fault.
+/// Reads a profile. Throws Failure, kUsage, with the fault's text.
 [[nodiscard]] Profile profile_of(const std::string& file);
 
 /// Plans commands one after the other like the servant, without any process. The arm begins with all joints

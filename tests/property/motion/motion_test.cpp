@@ -20,7 +20,7 @@
 #include "rt/rig.h"
 
 // Random motions through planner, ring, cycle and loopback backend, every tick watched from outside.
-// CORBOT_MOTIONS: how many in total (default 4000, fewer under sanitizers); CORBOT_SEED: the seed;
+// CORBOT_MOTIONS: how many in total (default 5000, fewer under sanitizers); CORBOT_SEED: the seed;
 // CORBOT_MOTION_RESULTS: a file to which the run adds a line with its figures.
 
 namespace corbot::test::property_motion_test {
@@ -32,10 +32,10 @@ constexpr int kDefaultMotions = 800;
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 constexpr int kDefaultMotions = 800;
 #else
-constexpr int kDefaultMotions = 4000;
+constexpr int kDefaultMotions = 5000;
 #endif
 #else
-constexpr int kDefaultMotions = 4000;
+constexpr int kDefaultMotions = 5000;
 #endif
 constexpr std::uint64_t kDefaultSeed = 20260101;
 /// The share of a limit that a motion may reach, with the watcher's allowance for rounding.

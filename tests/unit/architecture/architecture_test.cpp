@@ -140,6 +140,13 @@ TEST_F(PlantedBreach, ByASourceThatIsIncludedIsFound) {
   expect_breach("src/robot/link.cpp", "#include \"robot/robot.cpp\"\n", "not included");
 }
 
+TEST_F(PlantedBreach, ByAShortNameWithoutUseIsFound) {
+  const std::string name = "src/cell/frames.cpp";
+  expect_breach(name, "using Eigen::Vector3d;\n", "Vector3d is not used");
+  expect_breach(name, "namespace fs = std::filesystem;\n", "fs is not used");
+  expect_good(name, "using Eigen::Vector3d;\nnamespace fs = std::filesystem;\nVector3d at(fs::path file);\n");
+}
+
 TEST_F(PlantedBreach, ByAnArrowBackIsFound) {
   expect_breach("src/client/find_robot.cpp", "#include \"cli/show.h\"\n", "an arrow back");
   expect_breach("src/cli/doctor/doctor.cpp", "#include \"cli/commands.h\"\n", "an arrow back");
