@@ -43,7 +43,7 @@ endif()
 if(TARGET corbot AND TARGET corbot-servant AND NOT CORBOT_SANITIZE)
   corbot_command_test(Promises TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/promises_test.py
-            ${CMAKE_BINARY_DIR} ${PROJECT_SOURCE_DIR}/docs/safety.md
+            ${CMAKE_CTEST_COMMAND} ${CMAKE_BINARY_DIR} ${PROJECT_SOURCE_DIR}/docs/safety.md
     PROPERTIES TIMEOUT 120)
 endif()
 if(TARGET corbot)
