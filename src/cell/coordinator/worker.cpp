@@ -27,7 +27,7 @@ constexpr std::chrono::seconds kPersonPause{1};  // between two checks of a pers
 constexpr double kFaultPause_s = 0.1;
 /// A stand-by has control for an instant to look at the claim. Refusals in a row, this time apart, are those
 /// of a robot at work.
-constexpr double kInstant_s = 0.2;
+constexpr double kInstant_s = 0.1;
 constexpr int kRefusalsAtWork = 4;
 constexpr double kOverShared_m = 0.05;  // margin of a shared place; wait poses are outside
 constexpr double kAtWait_m = 0.005;
@@ -308,7 +308,9 @@ std::string Worker::take_robot() {
 /// Tells if this worker may replace the claim's holder. Control of the arm proves that the holder cannot move
 /// it. A holder that waits for a person has released control, so replacing it needs proof of its end and a
 /// later Start. That Start counts until the claim passes on, also if another coordinator asks for control at
-/// the same time. A holder with this worker's name is this process: the reply of an earlier claim was lost.
+/// the same time. The worker looks each second and needs 0.3 s to recognise a robot at work. A Start in the
+/// last 1.3 s before the end may count as later. A holder with this worker's name is this process: the reply
+/// of an earlier claim was lost.
 bool Worker::may_replace(const std::string& who, Corbot::ClaimToken token, bool is_exclusive) {
   if (who == who_ || who == waiting_name(who_)) return true;
   if (!is_waiting_name(who)) return is_exclusive || is_of_dead_process(who);

@@ -697,25 +697,33 @@ TEST_P(WorkerTest, AClaimWhoseHolderEndedWhileItWaitedPassesOnByAStartSinceThen)
   EXPECT_THAT(world.violations, IsEmpty());
 }
 
-TEST_P(WorkerTest, AStartCountsThoughAStandByHasControlAtThatInstant) {
-  FakeCell world(config_, GetParam());
-  add_piece(world, 0);
-  world.is_claimed = true;
-  world.holder = cell::waiting_name(cell::process_name() + "1");  // it has ended
-  world.on_acquire = [is_refused = false]() mutable {
-    if (!std::exchange(is_refused, true)) throw Corbot::NotReady("'other' has control");
-  };
-  world.on_claimed = [&, looks = 0]() mutable {
-    if (++looks == 3) world.stop_source.request_stop();
-  };
-  cell::Worker worker(
-      config_, *config_.robot(GetParam()), {world, world, world}, "test",
-      [&](const std::string& text) { world.report(text); }, world.stop_source.get_token());
-  worker.go_on();
-  worker.run();
-  EXPECT_EQ(world.written[Corbot::StepPlaced], 1);
-  EXPECT_EQ(world.count_reports("has ended while"), 0);
-  EXPECT_THAT(world.violations, IsEmpty());
+// A stand-by has control for an instant each second, to look. A coordinator that works has control for long.
+TEST_P(WorkerTest, AStartCountsThoughAStandByHasControlAtThatInstantButNotWhileARobotWorks) {
+  for (const int refusals : {1, 4}) {
+    SCOPED_TRACE(refusals);
+    FakeCell world(config_, GetParam());
+    add_piece(world, 0);
+    world.is_claimed = true;
+    world.holder = cell::waiting_name(cell::process_name() + "1");  // it has ended
+    world.on_acquire = [&, count = 0]() mutable {
+      if (count++ < refusals) throw Corbot::NotReady("'other' has control");
+    };
+    world.on_claimed = [&, looks = 0]() mutable {
+      if (++looks == 3) world.stop_source.request_stop();
+    };
+    cell::Worker worker(
+        config_, *config_.robot(GetParam()), {world, world, world}, "test",
+        [&](const std::string& text) {
+          world.report(text);
+          if (text.find("has ended while") != std::string::npos) world.stop_source.request_stop();
+        },
+        world.stop_source.get_token());
+    worker.go_on();
+    worker.run();
+    EXPECT_EQ(world.written[Corbot::StepPlaced], refusals == 1 ? 1 : 0);
+    EXPECT_EQ(world.count_reports("has ended while"), refusals == 1 ? 0 : 1);
+    EXPECT_THAT(world.violations, IsEmpty());
+  }
 }
 
 TEST_P(WorkerTest, AStopOfTheCellReachesARobotThatWaitsForAPiece) {
