@@ -78,7 +78,7 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
 }
 
 TEST_F(Arms, OnATableDoNotGoThroughIt) {
-  up({}, put("arm.toml", patient(read_profile_text(CORBOT_SHIPPED_PROFILE))));
+  up({}, put("arm.toml", read_profile_text(CORBOT_TEST_PROFILE) + "\n[workspace]\nfloor_m = 0.0\n"));
   ASSERT_EQ(corbot({"pitch", "-80"}).code, 0);
   for (const char* command : {"move", "moves"}) {
     const RunResult refused = corbot({command, "0.2", "0", "-0.06"});
@@ -160,8 +160,8 @@ TEST_F(Arms, OfNoFamilyMoveToo) {
   text +=
       "[gripper]\ntravel_s = 0.5\n\n[path]\nspeed_m_s = 0.25\nacceleration_m_s2 = 1\njerk_m_s3 = 10\n"
       "rotation_speed_deg_s = 90\nrotation_acceleration_deg_s2 = 400\nrotation_jerk_deg_s3 = 4000\n\n"
-      "[backend]\nkind = \"loopback\"\n";
-  const std::string file = put("odd.toml", patient(text));
+      "[backend]\nkind = \"loopback\"\n\n[loop]\ngap_fault_ms = 10000\nfrozen_ms = 2000\n";
+  const std::string file = put("odd.toml", text);
   EXPECT_THAT(corbot({"kinematics", file}).output, HasSubstr("follows 2 angles of the tool, which lines"));
   up({}, file);
   const auto tool = [&](const char* axis) { return status().at("tool").at(axis).get<double>(); };

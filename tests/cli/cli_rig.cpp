@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <regex>
 #include <sstream>
 
 #include "support/paths.h"
@@ -87,14 +86,6 @@ std::string CliRig::put_ssc32_profile(const std::string& line, const std::string
   return put("arm.toml", text.substr(0, text.find("[backend]")) + "[backend]  # mine\nkind = \"ssc32\"\n" +
                              (known ? "position_known_at_start = true\n" : "") +
                              "[backend.ssc32]\nport = \"" + line + "\"\n" + more);
-}
-
-std::string CliRig::patient(const std::string& profile) {
-  static const std::regex kGap("gap_fault_ms = [0-9]+");
-  const std::string wide = "gap_fault_ms = 10000";
-  if (std::regex_search(profile, kGap)) return std::regex_replace(profile, kGap, wide);
-  return std::regex_replace(profile, std::regex("\n\\[backend\\]\n"),
-                            "\n[loop]\n" + wide + "\n\n[backend]\n");
 }
 
 nlohmann::json CliRig::status() {

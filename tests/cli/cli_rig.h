@@ -38,9 +38,6 @@ class CliRig : public ::testing::Test {
   [[nodiscard]] std::string put_ssc32_profile(const std::string& line, const std::string& more = "",
                                               bool known = true) const;
 
-  /// A profile's text with a loop that tolerates a machine that stands still.
-  [[nodiscard]] static std::string patient(const std::string& profile);
-
   nlohmann::json status();
   /// The supervisor's state file.
   [[nodiscard]] nlohmann::json state() const;

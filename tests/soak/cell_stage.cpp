@@ -27,7 +27,7 @@ constexpr const char* kCellCommand = "cell up";
 fs::path copy_of_cell() {
   std::string path = (fs::temp_directory_path() / "corbot-soak-XXXXXX").string();
   if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error(path + " cannot be made");
-  for (const auto& entry : fs::directory_iterator(CORBOT_TEST_PROFILES "/cell")) fs::copy(entry.path(), path);
+  for (const auto& entry : fs::directory_iterator(CORBOT_TIMED_CELL)) fs::copy(entry.path(), path);
   return path;
 }
 

@@ -68,7 +68,7 @@ double speed(const std::vector<Snapshot>& path) {
 
 /// The largest acceleration of the TCP on the path, in m/s2.
 double acceleration(const std::vector<Snapshot>& path) {
-  constexpr std::size_t kStride = 3;  // cycles of 4 ms
+  constexpr std::size_t kStride = 3;  // cycles of 4 or 5 ms
   double worst = 0.0;
   for (std::size_t i = 2 * kStride; i < path.size(); ++i) {
     const Snapshot& a = path[i - 2 * kStride];

@@ -20,7 +20,7 @@ inline constexpr std::array<const char*, 10> kTestArms{
 /// The shipped profile of this name, or the one that only tests need: without its workspace, and for a
 /// busy machine.
 inline std::string profile_path(const std::string& name) { return CORBOT_TEST_PROFILES "/" + name + ".toml"; }
-/// The arm in one process, with the shipped period.
+/// The arm in one process, with a period of 1 ms.
 inline ArmModel arm_of(const std::string& name) {
   ArmModel arm = load_profile(profile_path(name)).arm;
   arm.period_ns = 1'000'000;

@@ -38,7 +38,7 @@ class SceneProgramTest : public CliRig {
 };
 
 TEST_F(SceneProgramTest, ARobotAtItsSocketBringsAPiece) {
-  const std::string file = CORBOT_PROFILES "/cell/cell.toml";
+  const std::string file = CORBOT_TEST_PROFILES "/cell/cell.toml";
   cell::CellOverrides overrides;
   overrides.state_directory = directory_ / "cell";
   const cell::CellConfig cell = cell::load_cell(file, overrides);
@@ -49,7 +49,7 @@ TEST_F(SceneProgramTest, ARobotAtItsSocketBringsAPiece) {
   std::string profile = read_profile_text(robot.profile);
   const std::string placeholder = "SCENE/NAME.servos";
   profile.replace(profile.find(placeholder), placeholder.size(), cell.servo_socket(robot).string());
-  up({}, put("arm.toml", patient(profile)));
+  up({}, put("arm.toml", profile));
 
   Vector3d foot_m;
   ASSERT_TRUE(soon([&] {
