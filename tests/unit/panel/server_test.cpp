@@ -391,7 +391,7 @@ TEST_F(PanelServer, ABrowserThatDoesNotReadMissesStatesAndHoldsUpNobody) {
   for (;; ++read) {
     const json state = slow.read();
     ASSERT_TRUE(state.is_object());
-    if (state["number"] >= last["number"]) break;
+    if (state.at("number") >= last.at("number")) break;
   }
   EXPECT_LE(read, 2);
 }
