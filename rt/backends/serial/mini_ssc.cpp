@@ -11,7 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kLastPosition = 254.0;
-constexpr std::int64_t kFrame_ns = 20'000'000;
+constexpr std::int64_t kBytesPerServo = 3;
 
 }  // namespace
 
@@ -22,9 +22,8 @@ std::uint8_t MiniSsc::position_of(double pulse_us) const noexcept {
 
 std::string MiniSsc::open() {
   port_.open(settings_.port, settings_.baud);
-  constexpr std::int64_t kBitsPerServo = 30;
-  period_ns_ = std::max(kFrame_ns, static_cast<std::int64_t>(settings_.servos) * kBitsPerServo *
-                                       1'100'000'000 / settings_.baud);
+  const std::int64_t bits = static_cast<std::int64_t>(settings_.servos) * kBytesPerServo * kBitsPerByte;
+  period_ns_ = std::max(kServoFrame_ns, bits * 1'100'000'000 / settings_.baud);
   const std::int64_t tenths_hz = 10'000'000'000 / period_ns_;
   return "Mini SSC on " + settings_.port + " at " + std::to_string(settings_.baud) +
          " baud: " + std::to_string(tenths_hz / 10) + "." + std::to_string(tenths_hz % 10) +

@@ -16,10 +16,6 @@
 
 namespace corbot::rt {
 
-inline constexpr std::int64_t kBitsPerByte = 10;  ///< 8N1
-/// The time between two pulses of a servo.
-inline constexpr std::int64_t kServoFrame_ns = 20'000'000;
-
 /// Queries to a servo controller on a serial line, with time-outs for the replies. Failures throw
 /// DeviceError.
 class SerialDialog {

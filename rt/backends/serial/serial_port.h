@@ -12,6 +12,10 @@
 
 namespace corbot::rt {
 
+inline constexpr std::int64_t kBitsPerByte = 10;  ///< 8N1
+/// The time between two pulses of a servo.
+inline constexpr std::int64_t kServoFrame_ns = 20'000'000;
+
 /// The line of a serial controller. No call blocks longer than its deadline. Not real-time safe. Every
 /// failure throws DeviceError and leaves the line to be closed.
 class SerialLine {
