@@ -72,7 +72,8 @@ function(corbot_waits target)
 endfunction()
 
 # Marks test code that waits for other processes. Without optimisation and debug information the build takes
-# three quarters of the time of -Og. A failed expectation prints its line.
+# three quarters of the time of -Og. A failed expectation prints its line. In a program that also has the
+# product's code, the linker may keep the test's copy of an inline function. Its times are not the product's.
 # Benchmarks link some of this code, so their build has -Og.
 function(corbot_waits_for_processes target)
   if(CORBOT_BENCH)
@@ -100,7 +101,8 @@ function(corbot_check_tier test tier)
   endif()
 endfunction()
 
-# The thread sanitizer skips a core program without THREADS, so no test in it may start a thread.
+# The thread sanitizer skips a core program without THREADS, so no source of it may start a thread. A program
+# with SANITIZED_AT_NIGHT may: OpenCV's test has threads, and OpenCV is not instrumented.
 function(corbot_check_one_thread name)
   foreach(source IN LISTS ARGN)
     get_filename_component(source ${source} ABSOLUTE)

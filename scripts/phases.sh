@@ -47,13 +47,14 @@ check_sanitizer() {
   run_tests "build/$1" -L "$3"
 }
 
-# beside COMMAND...: runs the command at idle priority beside the next phases, until the phase `join`. With
-# automatic groups it would delay them, and is a phase before them.
+# beside TITLE COMMAND...: runs the command at idle priority beside the next phases, until the phase `join`.
+# With automatic groups it would delay them, and is a phase before them, with this title.
 beside() {
   if [ "$(cat "$autogroup_file" 2> /dev/null)" = 1 ]; then
-    phase "$1" "$@"
+    phase "$@"
     return
   fi
+  shift
   set -m  # gives the command a process group, by which the end of the run ends all of it
   (chrt --idle --pid 0 "$BASHPID" && "$@") > build/beside.log 2>&1 &
   beside=$!
