@@ -54,7 +54,7 @@ endfunction()
 function(corbot_link_optimised_first name libraries)
   foreach(library IN ITEMS corbot_planner corbot_rt_core)
     string(REPLACE "corbot_" "corbot::" alias ${library})
-    if(CORBOT_SANITIZE AND alias IN_LIST libraries)
+    if(alias IN_LIST libraries)
       target_link_options(${name} PRIVATE
         "SHELL:-Wl,--whole-archive $<TARGET_FILE:${library}> -Wl,--no-whole-archive")
     endif()
@@ -73,7 +73,8 @@ endfunction()
 
 # Marks test code that waits for other processes. Without optimisation and debug information the build takes
 # three quarters of the time of -Og. A failed expectation prints its line. In a program that also has the
-# product's code, the linker may keep the test's copy of an inline function. Its times are not the product's.
+# product's code, the linker may keep the test's copy of an inline function, apart from those of
+# corbot_link_optimised_first. Such a program's times are not the product's.
 # Benchmarks link some of this code, so their build has -Og.
 function(corbot_waits_for_processes target)
   if(CORBOT_BENCH)

@@ -21,6 +21,6 @@ set_target_properties(notifying_child PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAK
 corbot_sources(sources cli)
 corbot_test(test_commands TIER process
   SOURCES ${sources} sim_devices/corbot_sim_test.cpp
-  LIBS corbot::cli corbot::backends corbot::sim_devices corbot_process corbot_escapes
+  LIBS corbot::cli corbot::planner corbot::backends corbot::sim_devices corbot_process corbot_escapes
   nlohmann_json::nlohmann_json fmt::fmt
   DEPENDS notifying_child corbot-rt corbot-sim)
