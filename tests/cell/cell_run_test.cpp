@@ -459,7 +459,12 @@ class CellUp : public CellRun {
   }
   [[nodiscard]] std::string status() { return cell("status").output; }
   bool reaches(const std::string& text) {
-    return wait_until(within(120), [&] { return status().find(text) != std::string::npos; });
+    return wait_until(within(120), [&] {
+      if (status().find(text) != std::string::npos) return true;
+      std::this_thread::sleep_for(
+          std::chrono::milliseconds(500));  // a command takes 0.05 s of processor time
+      return false;
+    });
   }
   [[nodiscard]] bool kills(const std::string& program) const {
     return run({"/usr/bin/pkill", "-KILL", "-f", program}).code == 0;
