@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "segment_fixture.h"
+#include "support/cases.h"
 
 // Processes that die, and processes that start at once.
 
@@ -92,8 +93,8 @@ TEST_F(SegmentFault, KillingAServantFreesItsRoleAndKeepsItsNumbers) {
 TEST_F(SegmentFault, ATaskKilledInTheMiddleOfAStoreLeavesTheCycleBefore) {
   std::uint64_t torn = 0;
   // About every fifth kill meets a store; enough of them must, or the test has tested nothing.
-  constexpr std::uint64_t kTornWanted = 5;
-  for (int round = 0; round < 500 && torn < kTornWanted; ++round) {
+  const auto wanted = static_cast<std::uint64_t>(test::cases(20));
+  for (int round = 0; round < 2000 && torn < wanted; ++round) {
     Child rt([&] {
       auto* const end = new std::unique_ptr<TaskEnd>(task());
       TaskSegment& segment = *(*end)->task;
@@ -118,11 +119,11 @@ TEST_F(SegmentFault, ATaskKilledInTheMiddleOfAStoreLeavesTheCycleBefore) {
     EXPECT_LE(left.task().trace.next() - snapshot.cycle, 1u) << "the last or the one before";
     for (const double pulse : snapshot.pulse_us) ASSERT_EQ(pulse, static_cast<double>(snapshot.cycle));
   }
-  EXPECT_EQ(torn, kTornWanted);
+  EXPECT_EQ(torn, wanted);
 }
 
 TEST_F(SegmentFault, OfTasksThatStartAtOnceExactlyOneListens) {
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < test::cases(100); ++round) {
     constexpr int kTasks = 6;
     const Shared<std::atomic<int>> decided;  // the winner stays until all have decided
     const std::vector<int> codes = race(kTasks, [&](int) {
@@ -144,7 +145,7 @@ TEST_F(SegmentFault, OfTasksThatStartAtOnceExactlyOneListens) {
 }
 
 TEST_F(SegmentFault, WhoeverConnectsWhileATaskStartsSeesNothingOrAllOfIt) {
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < test::cases(100); ++round) {
     constexpr int kOthers = 4;
     const Shared<std::atomic<int>> done;
     const std::vector<int> codes = race(1 + kOthers, [&](int index) {
@@ -170,7 +171,7 @@ TEST_F(SegmentFault, WhoeverConnectsWhileATaskStartsSeesNothingOrAllOfIt) {
 }
 
 TEST_F(SegmentFault, ComingAndGoingAtOnceLeavesNothingBehind) {
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < test::cases(40); ++round) {
     const std::vector<int> codes = race(4, [&](int index) {
       for (int turn = 0; turn < 20; ++turn) {
         try {
@@ -195,12 +196,12 @@ TEST_F(SegmentFault, ComingAndGoingAtOnceLeavesNothingBehind) {
 
 /// The servant's last message is unread as the task ends, in some of the turns.
 TEST_F(SegmentFault, ATaskThatEndsJustAfterItsServantLeavesNothingBehind) {
-  constexpr int kTurns = 300;
+  const int turns = test::cases(600);
   const Shared<std::atomic<int>> started;
   const Shared<std::atomic<int>> ended;
   const std::vector<int> codes = race(2, [&](int index) {
     int left = 0;
-    for (int turn = 1; turn <= kTurns; ++turn) {
+    for (int turn = 1; turn <= turns; ++turn) {
       if (index == 0) {
         auto rt = task();
         started->store(turn);
@@ -242,7 +243,7 @@ TEST_F(SegmentFault, ATaskKilledAnywhereBlocksNoOther) {
   RecordProperty("seed", std::to_string(seed));
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < test::cases(200); ++round) {
     const pid_t pid = ::fork();
     if (pid == 0) {
       for (;;) {

@@ -12,9 +12,9 @@
 #include <iostream>
 #include <variant>
 
-#include "../planner/seed.h"
 #include "corbot/kinematics/planar_stretch.h"
 #include "random_arm.h"
+#include "support/cases.h"
 
 namespace corbot::property_path_form_test {
 namespace {

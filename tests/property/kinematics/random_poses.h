@@ -8,10 +8,10 @@
 #include <numbers>
 #include <optional>
 
-#include "../planner/seed.h"
 #include "corbot/kinematics/arm_kinematics.h"
 #include "corbot/kinematics/path_form.h"
 #include "random_arm.h"
+#include "support/cases.h"
 
 // A family over seeded poses of random arms, a hundred an arm: forward is the product of the matrices, and
 // every solution comes back. CORBOT_SEED in the environment sets another seed, CORBOT_CASES another number;

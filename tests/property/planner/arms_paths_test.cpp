@@ -13,7 +13,7 @@
 #include "path_ticks.h"
 #include "planner/planner.h"
 #include "published_arm.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "support/gate.h"
 
 namespace corbot::property_arms_paths_test {

@@ -14,7 +14,7 @@
 #include "published_arm.h"
 #include "random_frame.h"
 #include "rt/cycle/path_evaluation.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "support/gate.h"
 
 namespace corbot::property_frames_test {

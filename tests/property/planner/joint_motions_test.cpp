@@ -8,7 +8,7 @@
 
 #include "joint_ticks.h"
 #include "planner/planner.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "test_arm.h"
 
 namespace corbot::property_joint_motions_test {

@@ -6,7 +6,7 @@
 
 #include "corbot/motion/law_evaluation.h"
 #include "planner/time_law_planner.h"
-#include "seed.h"
+#include "support/cases.h"
 
 namespace corbot::property_laws_test {
 namespace {

@@ -17,7 +17,7 @@
 #include "corbot/motion/path.h"
 #include "path_ticks.h"
 #include "planner/planner.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "support/gate.h"
 
 namespace corbot::property_other_paths_test {

@@ -12,7 +12,7 @@
 #include "path_ticks.h"
 #include "planner/planner.h"
 #include "published_arm.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "support/gate.h"
 
 namespace corbot::property_poses_test {

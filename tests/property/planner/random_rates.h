@@ -13,7 +13,7 @@
 #include "planner/planner.h"
 #include "planner/rate/rate_planner.h"
 #include "random_settings.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "support/test_arms.h"
 
 // Random lines and arcs of one arm, and where a plan has led at a time.

@@ -12,7 +12,7 @@
 #include "config/load_profile.h"
 #include "planner/reach_region.h"
 #include "planner/workspace.h"
-#include "seed.h"
+#include "support/cases.h"
 #include "support/paths.h"
 
 namespace corbot {

@@ -11,6 +11,7 @@
 #include "corbot/kinematics/tool_pose.h"
 #include "inverse_at_pitch.h"
 #include "paper_equations.h"
+#include "support/cases.h"
 
 namespace corbot::paper_arm_test {
 namespace {
@@ -71,7 +72,7 @@ TEST(Forward, EqualsTheProductOfTheMatrices) {
   std::uniform_real_distribution<double> angle(-kPi, kPi);
   for (const paper::Arm& lengths : {kLynx5, kAl5d, paper::Arm{0.1, 0.3, 0.2, 0.15, {0.3, -0.4, 0.5, 0.6}}}) {
     const Kinematics arm = of(lengths);
-    for (int i = 0; i < 100'000; ++i) {
+    for (int i = 0, poses = test::cases(100'000); i < poses; ++i) {
       const Joints q{angle(random), angle(random), angle(random), angle(random), 0, 0};
       const ToolPose pose = tool_pose(arm, q);
       const Eigen::Matrix4d m = table_two(lengths, q, false);

@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "../../property/planner/seed.h"
+#include "../../support/cases.h"
 #include "arm_vectors.h"
 #include "corbot/kinematics/arm_kinematics.h"
 #include "planner/numeric/numeric_inverse.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every accepted motion ends once, and its caller gets the outcome, whatever happens to the real-time task.
 #include "robot/task_fixture.h"
+#include "support/cases.h"
 
 namespace corbot::test::restart_test {
 namespace {
@@ -134,7 +135,7 @@ TEST_F(TaskTest, EveryMotionEndsAcrossRestartsOfTheRealCycle) {
       }
     });
   }
-  for (int restart = 0; restart < 25; ++restart) {
+  for (int restart = 0, restarts = cases(100); restart < restarts; ++restart) {
     const int before = accepted;
     EXPECT_TRUE(wait_until(within(30), [&] { return accepted >= before + 5; })) << "restart " << restart;
     task.reset();

@@ -10,6 +10,7 @@
 
 #include "channel/ring_access.h"
 #include "rt/rig.h"
+#include "support/cases.h"
 
 namespace corbot::test::servants_test {
 namespace {
@@ -291,9 +292,9 @@ TEST_F(Servants, AStopOfAnotherProcessIsNotTheNumberOfTheServantsNext) {
 /// The mailbox between two threads: an offer that is confirmed is no longer read.
 TEST(ServantMailbox, HandsOverTheNewest) {
   ServantMailbox mailbox;
-  constexpr std::uint64_t kOffers = 500;
+  const auto offers = static_cast<std::uint64_t>(cases(2000));
   std::thread cycle([&] {
-    for (std::uint64_t last = 0; last < kOffers;) {
+    for (std::uint64_t last = 0; last < offers;) {
       const ServantOffer* const offer = mailbox.take();
       if (offer == nullptr) {
         std::this_thread::yield();
@@ -306,7 +307,7 @@ TEST(ServantMailbox, HandsOverTheNewest) {
     }
   });
   std::list<std::pair<std::unique_ptr<ServantSegment>, ServantOffer>> mapped;
-  for (std::uint64_t session = 1; session <= kOffers; ++session) {
+  for (std::uint64_t session = 1; session <= offers; ++session) {
     auto& each = mapped.emplace_back(std::make_unique<ServantSegment>(), ServantOffer{nullptr, session});
     each.first->header.id = session;
     each.second.segment = each.first.get();
@@ -314,7 +315,7 @@ TEST(ServantMailbox, HandsOverTheNewest) {
     mapped.remove_if([&](const auto& old) { return old.second.session < mailbox.connected(); });
   }
   cycle.join();
-  EXPECT_EQ(mailbox.connected(), kOffers);
+  EXPECT_EQ(mailbox.connected(), offers);
 }
 
 }  // namespace

@@ -1,38 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <iostream>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "sim_devices/device_bench.h"
+#include "support/cases.h"
 
 namespace corbot::sim::random_input_test {
 namespace {
 
-constexpr int kBytes = 1'000'000;
 constexpr std::int64_t kByte_ns = 86'805;
-
-/// CORBOT_SEED from the environment, or a fixed one; printed.
-std::uint64_t seed() {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t value = text != nullptr ? std::strtoull(text, nullptr, 0) : 1751;
-  std::cout << "CORBOT_SEED=" << value << "\n";
-  return value;
-}
 
 using Words = std::vector<std::string>;
 
 /// Words of the device's language in any order, and here and there a byte that is nonsense.
 template <class Device>
 void shower(Device& device, const Words& words, double min_us, double max_us) {
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(test::seed());
+  const int bytes = test::cases(1'000'000);
   std::int64_t now_ns = 1'000'000'000;
   std::size_t answered = 0;
   std::size_t pulses = 0;
-  for (int sent = 0, turn = 0; sent < kBytes; ++turn) {
+  for (int sent = 0, turn = 0; sent < bytes; ++turn) {
     const std::uint64_t dice = random();
     std::string text(1, static_cast<char>(dice >> 8));
     if (dice % 64 != 0) text = words[(dice >> 16) % words.size()];

@@ -17,8 +17,9 @@ inline std::uint64_t seed() {
   return value;
 }
 
-/// CORBOT_CASES from the environment, or `usual` with CORBOT_USUAL_CASES, as at night. The gate runs a
-/// quarter. The sanitizers look for faults of memory, which a sixteenth of the cases shows, too.
+/// The number of random cases, or of rounds of a race: CORBOT_CASES from the environment, or `usual` with
+/// CORBOT_USUAL_CASES, as at night. The gate runs a quarter. The sanitizers look for faults of memory and for
+/// data races, which a sixteenth shows, too.
 inline int cases(int usual) {
   if (const char* text = std::getenv("CORBOT_CASES")) return std::atoi(text);
   if (CORBOT_SANITIZED) return usual / 16;
