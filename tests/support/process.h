@@ -21,16 +21,16 @@ inline Deadline within(double seconds) {
 }
 
 /// Polls `condition` until it holds or the deadline has passed. A condition can start a program or call a
-/// servant. The pause is eight times as long as the condition took, so that polling leaves the processor to
-/// the other tests. It is 1 to 400 ms.
+/// servant. The pause is four times as long as the condition took, so that polling leaves the processor to
+/// the other tests. It is 1 to 200 ms.
 template <class Condition>
 bool wait_until(Deadline deadline, Condition&& condition) {
   using Clock = Deadline::clock;
   for (Clock::time_point begun = Clock::now(); !condition(); begun = Clock::now()) {
     const Clock::time_point now = Clock::now();
     if (now > deadline) return false;
-    std::this_thread::sleep_for(std::clamp<Clock::duration>(8 * (now - begun), std::chrono::milliseconds(1),
-                                                            std::chrono::milliseconds(400)));
+    std::this_thread::sleep_for(std::clamp<Clock::duration>(4 * (now - begun), std::chrono::milliseconds(1),
+                                                            std::chrono::milliseconds(200)));
   }
   return true;
 }
