@@ -1,10 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # Functions that the scripts share. A script sources this file, and is then in the project's top directory.
 set -euo pipefail
+
+# A script is asked for help: its first comment is the answer. `$1` is the script's own here.
+if [[ "${1:-}" == -h || "${1:-}" == --help ]]; then
+  sed -n '3,${/^#/!q;s/^# \{0,1\}//p}' "$0"
+  exit 0
+fi
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 say() { printf '== %s\n' "$*"; }
 fail() { printf '%s: %s\n' "$(basename "$0")" "$*" >&2; exit 1; }
+
+# For a script without arguments: refuses each.
+takes_no_arguments() { [ $# -eq 0 ] || fail "takes no arguments, so '$1' is refused"; }
 
 autogroup_file=/proc/sys/kernel/sched_autogroup_enabled
 

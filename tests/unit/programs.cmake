@@ -39,6 +39,9 @@ if(NOT CORBOT_SANITIZE)
   corbot_command_test(Words TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/words_test.py
     PROPERTIES TIMEOUT 60)
+  corbot_command_test(Scripts TIER core
+    COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/scripts_test.py
+    PROPERTIES TIMEOUT 120)
 endif()
 if(TARGET corbot AND TARGET corbot-servant AND NOT CORBOT_SANITIZE)
   corbot_command_test(Promises TIER core
