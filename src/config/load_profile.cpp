@@ -92,6 +92,8 @@ Profile parse_profile(std::string_view text, std::string file) {
   FaultList faults{std::move(file), {}};
   try {
     const toml::table root = toml::parse(text, faults.file);
+    if (root.contains("cell") && !root.contains("joint"))
+      refuse_file(faults.file, "is a cell file, not a robot's profile: 'corbot cell run' takes it");
     read_schema(root, profile, faults);
   } catch (const toml::parse_error& error) {
     faults.add(static_cast<std::uint32_t>(error.source().begin.line), "", "",

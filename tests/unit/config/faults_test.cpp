@@ -410,6 +410,9 @@ TEST(Refusal, OfFilesThatCannotBeProfiles) {
       },
       ConfigError);
   EXPECT_THROW((void)load_profile(CORBOT_PROFILES), ConfigError);
+  const auto of_cell = faults_of("[cell]\nname = \"cell\"\n");
+  ASSERT_EQ(of_cell.size(), 1u);
+  EXPECT_EQ(of_cell[0].allowed, "is a cell file, not a robot's profile: 'corbot cell run' takes it");
   EXPECT_THROW((void)load_profile("/dev/zero"), ConfigError);
   EXPECT_EQ(faults_of(std::string(kMaxProfileBytes + 1, '#')).size(), 1u);
   EXPECT_EQ(faults_of(std::string(10000, '[')).size(), 1u);
