@@ -74,7 +74,7 @@ void PositionSaver::poll() {
   } catch (const std::exception& error) {
     rule_.failed(at);
     if (!std::exchange(has_warned_, true)) {
-      warn_(std::string("the last position is not saved for the next power-up: ") + error.what());
+      warn_(std::string("the last position is not saved, nor is an Error or a hold: ") + error.what());
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <fstream>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "state/private_file.h"
@@ -76,7 +77,13 @@ std::optional<LastPosition> PositionStore::load(const ArmModel& arm) const {
 }
 
 void PositionStore::save(const LastPosition& position, const ArmModel& arm) const {
-  replace_private(file_, fresh_, position_text(position, arm));
+  const std::string text = position_text(position, arm);
+  try {
+    replace_private(file_, fresh_, text);
+  } catch (const std::system_error&) {
+    empty_private(file_);
+    throw;
+  }
 }
 
 }  // namespace corbot

@@ -39,7 +39,8 @@ class PositionStore {
   [[nodiscard]] std::optional<LastPosition> load(const ArmModel& arm) const;
 
   /// Replaces the file atomically: a reader always finds the old or the new file, complete. Creates the
-  /// directory with mode 0700. Throws std::system_error.
+  /// directory with mode 0700. Throws std::system_error, and then leaves the file empty if possible: the old
+  /// position is no longer true, and an empty file counts as "in Error".
   void save(const LastPosition& position, const ArmModel& arm) const;
 
  private:

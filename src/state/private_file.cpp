@@ -90,6 +90,12 @@ void replace_private(const fs::path& file, const fs::path& fresh, const std::str
   if (::fsync(parent.get()) != 0) throw_system(directory, errno);
 }
 
+void empty_private(const fs::path& file) noexcept {
+  const Descriptor opened(
+      ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
+  if (opened.get() >= 0) (void)::fsync(opened.get());
+}
+
 void remove_private(const fs::path& file) {
   const Descriptor parent = open_directory(file.parent_path());  // first: its failure removes nothing
   if (parent.get() < 0 && (errno == ENOENT || errno == ENOTDIR)) return;

@@ -19,6 +19,10 @@ namespace corbot {
 void replace_private(const std::filesystem::path& file, const std::filesystem::path& fresh,
                      const std::string& text);
 
+/// Makes the file empty if possible, which needs no space. Creates the file if there is none. Afterwards no
+/// reader takes its old content for true.
+void empty_private(const std::filesystem::path& file) noexcept;
+
 /// Removes the file durably, also across a power-down; no effect if there is none. Throws std::system_error.
 void remove_private(const std::filesystem::path& file);
 

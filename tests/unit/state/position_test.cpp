@@ -2,6 +2,7 @@
 // The last position on disk: read back as written, accepted only if every byte is right, replaced at once.
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -293,12 +294,44 @@ TEST_F(Position, AFileThatOthersCouldHaveWrittenIsRefused) {
   EXPECT_THROW((void)store().load(arm_), PositionError);
 }
 
-TEST_F(Position, AWriteThatFailsLeavesTheOldOne) {
+/// The arm is no longer where the old file says, and may be in Error.
+TEST_F(Position, AWriteThatFailsLeavesAFileThatCountsAsInError) {
+  const auto is_in_error = [&] {
+    try {
+      return store().load(arm_).has_value() && false;
+    } catch (const PositionError& error) {
+      return error.in_error();
+    }
+  };
   store().save(sample(0.1), arm_);
   const fs::path in_the_way = store().file().string() + ".test";
   fs::create_directory(in_the_way);
   EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error);
+  EXPECT_TRUE(is_in_error());
+  fs::remove(store().file());
+  EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error);
+  EXPECT_TRUE(is_in_error()) << "without an old file, too";
+  fs::remove(in_the_way);
+  store().save(sample(0.1), arm_);
   EXPECT_NEAR(store().load(arm_)->position_q[0], 0.1, 1e-12);
+
+  struct sigaction ignored {};
+  struct sigaction before_signal {};
+  ignored.sa_handler = SIG_IGN;
+  ASSERT_EQ(::sigaction(SIGXFSZ, &ignored, &before_signal), 0);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  rlimit full = before;
+  full.rlim_cur = 20;
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
+  EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error) << "a full disk";
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  ASSERT_EQ(::sigaction(SIGXFSZ, &before_signal, nullptr), 0);
+  EXPECT_TRUE(is_in_error());
+}
+
+TEST_F(Position, IsNotWrittenWhereNoFileCanBe) {
+  store().save(sample(0.1), arm_);
   EXPECT_THROW(PositionStore(store().file(), "lynx5", "ssc32", "test").save(sample(), arm_),
                std::system_error);
   EXPECT_THROW(PositionStore("/dev/null/x", "lynx5", "ssc32", "test").save(sample(), arm_),
