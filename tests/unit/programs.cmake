@@ -35,27 +35,27 @@ find_package(Python3 REQUIRED COMPONENTS Interpreter)
 if(NOT CORBOT_SANITIZE)
   corbot_command_test(Pictures TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/pictures_test.py
-    PROPERTIES TIMEOUT 60)
+    PROPERTIES TIMEOUT 300)
   corbot_command_test(Words TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/words_test.py
-    PROPERTIES TIMEOUT 60)
+    PROPERTIES TIMEOUT 300)
   corbot_command_test(Scripts TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/scripts_test.py
-    PROPERTIES TIMEOUT 120)
+    PROPERTIES TIMEOUT 300)
 endif()
 if(TARGET corbot AND TARGET corbot-servant AND NOT CORBOT_SANITIZE)
   corbot_command_test(Promises TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/promises_test.py
             ${CMAKE_CTEST_COMMAND} ${CMAKE_BINARY_DIR} ${PROJECT_SOURCE_DIR}/docs/safety.md
-    PROPERTIES TIMEOUT 120)
+    PROPERTIES TIMEOUT 300)
 endif()
 if(TARGET corbot)
   corbot_command_test(Commands TIER process
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/commands_test.py
             $<TARGET_FILE:corbot>
-    PROPERTIES TIMEOUT 60)
+    PROPERTIES TIMEOUT 300)
 endif()
 corbot_command_test(Installation TIER process
   COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/install_test.py
           ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR}
-  PROPERTIES TIMEOUT 60)
+  PROPERTIES TIMEOUT 300)

@@ -9,7 +9,7 @@ TOP = pathlib.Path(__file__).resolve().parents[3]
 
 
 def run(*command):
-    return subprocess.run(command, cwd=TOP, capture_output=True, text=True, timeout=30)
+    return subprocess.run(command, cwd=TOP, capture_output=True, text=True, timeout=120)
 
 
 class Scripts(unittest.TestCase):
