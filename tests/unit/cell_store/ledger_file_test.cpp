@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The file of the ledger: what outlives the process, what is refused, and a full disk.
 #include <gmock/gmock.h>
-#include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <fstream>
@@ -11,6 +9,7 @@
 
 #include "client/failure.h"
 #include "ledger_fixture.h"
+#include "support/full_disk.h"
 
 namespace corbot::cell {
 namespace {
@@ -184,33 +183,12 @@ TEST_F(OldLedger, ThatCannotBeMigratedStaysAsItWas) {
   EXPECT_THROW(database.run("UPDATE piece SET state = 'gone', robot = NULL, place = NULL"), DatabaseError);
 }
 
-/// No file of this process grows beyond `bytes` meanwhile: a full disk.
-class FullDisk {
- public:
-  explicit FullDisk(std::uintmax_t bytes) : handler_(::signal(SIGXFSZ, SIG_IGN)) {
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit limit = before_;
-    limit.rlim_cur = bytes;
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-  ~FullDisk() {
-    ::setrlimit(RLIMIT_FSIZE, &before_);
-    ::signal(SIGXFSZ, handler_);
-  }
-
- private:
-  sighandler_t handler_;
-  rlimit before_{};
-};
-
 TEST_F(LedgerFile, OnAFullDiskChangesNothing) {
   const auto piece = carry("robot1", "pallet1", "store1", {StepPicking, StepHeld});
   ledger_.enter(tokens_["robot1"], "store1", 0);
   const auto events = ledger_.history(0, 0).length();
   {
-    const FullDisk full(std::filesystem::file_size(directory_ / "ledger.db-wal"));
+    const test::FullDisk full(std::filesystem::file_size(directory_ / "ledger.db-wal"));
     EXPECT_THROW(ledger_.advance(tokens_["robot1"], piece, StepPlacing, ""), DatabaseError);
     EXPECT_THROW(ledger_.leave(tokens_["robot1"], "store1"), DatabaseError);
     EXPECT_THROW(ledger_.claim("robot1", "next", tokens_["robot1"]), DatabaseError);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot/audit_log.h"
 #include "robot/audit_file.h"
+#include "support/full_disk.h"
 #include "support/paths.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -212,12 +212,6 @@ TEST_F(AuditLogTest, MarksALineThatIsTorn) {
 /// The log takes back the part of an entry that a full disk has accepted. The next entry is a line of its
 /// own.
 TEST_F(AuditLogTest, LeavesNoTornLineOnAFullDisk) {
-  struct sigaction ignored {};
-  struct sigaction before_signal {};
-  ignored.sa_handler = SIG_IGN;
-  ASSERT_EQ(::sigaction(SIGXFSZ, &ignored, &before_signal), 0);
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   const fs::path file = directory_ / "lynx5.audit";
   std::atomic<int> warnings{0};
   {
@@ -228,15 +222,13 @@ TEST_F(AuditLogTest, LeavesNoTornLineOnAFullDisk) {
     };
     log.record({"", "", "Stop()", 1, "ok"});
     ASSERT_TRUE(wait_for([&] { return fs::file_size(file) > 20; }));
-    rlimit full = before;
-    full.rlim_cur = fs::file_size(file) + 20;
-    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
-    log.record({"", "", "Stop()", 2, "ok"});
-    EXPECT_TRUE(wait_for([&] { return warnings > 0; }));
-    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    {
+      const test::FullDisk full(fs::file_size(file) + 20);
+      log.record({"", "", "Stop()", 2, "ok"});
+      EXPECT_TRUE(wait_for([&] { return warnings > 0; }));
+    }
     log.record({"", "", "Stop()", 3, "ok"});
   }
-  ::sigaction(SIGXFSZ, &before_signal, nullptr);
   const auto entries = lines(file);
   ASSERT_EQ(entries.size(), 2u);
   EXPECT_EQ(entries[0]["ticket"], 1);

@@ -2,7 +2,6 @@
 // The last position on disk: read back as written, accepted only if every byte is right, replaced at once.
 #include <gmock/gmock.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 
 #include "config/load_profile.h"
 #include "state/position_store.h"
+#include "support/full_disk.h"
 #include "support/paths.h"
 
 namespace corbot {
@@ -315,18 +315,10 @@ TEST_F(Position, AWriteThatFailsLeavesAFileThatCountsAsInError) {
   store().save(sample(0.1), arm_);
   EXPECT_NEAR(store().load(arm_)->position_q[0], 0.1, 1e-12);
 
-  struct sigaction ignored {};
-  struct sigaction before_signal {};
-  ignored.sa_handler = SIG_IGN;
-  ASSERT_EQ(::sigaction(SIGXFSZ, &ignored, &before_signal), 0);
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
-  rlimit full = before;
-  full.rlim_cur = 20;
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
-  EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error) << "a full disk";
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
-  ASSERT_EQ(::sigaction(SIGXFSZ, &before_signal, nullptr), 0);
+  {
+    const test::FullDisk full(20);
+    EXPECT_THROW(store().save(sample(0.2), arm_), std::system_error);
+  }
   EXPECT_TRUE(is_in_error());
 }
 
