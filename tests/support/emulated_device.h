@@ -36,6 +36,8 @@ class EmulatedDevice {
     process_.reset();
     return code;
   }
+  /// Sends a signal to the program. Returns from SIGSTOP when its threads stand.
+  void signal(int number) { process_->signal(number); }
   /// Sends a command and waits until it is done.
   void command(const std::string& text) {
     process_->send(text);

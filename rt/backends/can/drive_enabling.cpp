@@ -198,7 +198,8 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
         if (!is_ready(i, progress[i])) fail_not_enabled(i);
       }
     }
-    bus_.synchronise(words, targets);
+    // No arm moves yet. A bus that is busy for a moment must not hide why a drive cannot be enabled.
+    bus_.synchronise(words, targets, kAnswersWithin);
     bus_.listen(due + bus_.period(), [] { return false; });
     bus_.watch().check_bus();
   }

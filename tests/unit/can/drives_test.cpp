@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The backend and emulated drives on one bus: from power-up to the end, and everything that may go wrong.
 #include <algorithm>
+#include <csignal>
 #include <thread>
 
 #include "unit/can/drives_fixture.h"
@@ -239,6 +240,30 @@ TEST_F(Drives, AreDisabledAgainWhenOneCannotBeEnabled) {
   emulator_.command("sto on 2");
   EXPECT_EQ(refused().cause(), DeviceCause::kTorqueOff);
   EXPECT_EQ(state_of_node(1), DriveState::kOperationEnabled) << "it has held its load before";
+}
+
+TEST_F(Drives, SayWhyTheyCannotBeEnabledAlsoOnABusThatAcceptsNothingForAMoment) {
+  if (std::getenv("CORBOT_RIG_CAN") != nullptr)
+    GTEST_SKIP() << "skipped: a kernel's interface accepts frames while its peer stands";
+  emulator_.command("sto on 2");
+  Cia402Drives drives(settings_);
+  drives.open();
+  std::jthread goes_on;
+  try {
+    (void)drives.energise([&] {
+      if (!goes_on.joinable()) {
+        emulator_.signal(SIGSTOP);
+        goes_on = std::jthread([this] {
+          std::this_thread::sleep_for(std::chrono::milliseconds(400));
+          emulator_.signal(SIGCONT);
+        });
+      }
+      return false;
+    });
+    ADD_FAILURE() << "node 2 was enabled";
+  } catch (const DeviceError& error) {
+    EXPECT_EQ(error.cause(), DeviceCause::kTorqueOff) << error.what();
+  }
 }
 
 TEST_F(Drives, AreEnergisedAndDeEnergisedWhenAsked) {

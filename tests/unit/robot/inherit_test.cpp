@@ -359,7 +359,7 @@ TEST_F(TaskTest, AnEarlierServantsMotionCanBeTakenBack) {
   EXPECT_EQ(robot_->wait(second, 0.0).state, CORBOT_MOTION_STOPPED);
   EXPECT_NE(std::string(robot_->wait(second, 0.0).reason).find("Cancel"), std::string::npos);
   Snapshot now{};
-  ASSERT_TRUE(task.task().snapshot.load(now));
+  ASSERT_TRUE(wait_until(within(10), [&] { return task.task().snapshot.load(now); }));
   EXPECT_NEAR(now.position_q[0], 0.5, 1e-6);
   robot_.reset();
 }
