@@ -8,6 +8,9 @@ namespace corbot::cell {
 /// The work ends because of a requested stop.
 struct WorkEnded {};
 
+/// The robot is in Error while no command of the worker is in progress.
+struct RobotUnable {};
+
 /// A call got no usable reply. The worker determines the state of robot and piece anew, and continues.
 class Fault : public std::runtime_error {
   using std::runtime_error::runtime_error;

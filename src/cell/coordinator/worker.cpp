@@ -62,6 +62,7 @@ void Worker::run() {
       work();
     } catch (const WorkEnded&) {
       return status_.set(Corbot::WorkIdle, "stopped");
+    } catch (const RobotUnable&) {  // NOLINT(bugprone-empty-catch): connect() reports the Error
     } catch (const Corbot::Superseded& e) {
       token_ = 0;
       is_marked_ = false;
@@ -239,15 +240,18 @@ void Worker::connect() {
     const auto is_late = [&] { return std::chrono::steady_clock::now() - interrupted_ > kConnectFor; };
     std::string why;
     bool is_standby = false;
+    bool calls = is_late();
     const int before = starts();
     try {
       if (arm_.is_able()) {
-        why = take_robot();
-        is_standby = !why.empty();
-        if (!is_standby) {
+        const auto holder = take_robot();
+        if (!holder) {
           heeded_ = before;
           return;
         }
+        why = holder->text;
+        is_standby = true;
+        calls = holder->awaits_person;
       } else {
         why = is_late() ? how_to_clear() : robot_.name + " is in Error, or has no real-time task";
       }
@@ -258,6 +262,7 @@ void Worker::connect() {
       }
       why = "stand-by: " + client::printable(e.reason.in());
       is_standby = true;
+      calls = false;
     } catch (const Corbot::BadParameter& e) {  // a store of another cell does not know the robot
       why = plain_text(client::explain(e));
     } catch (const client::Failure& e) {
@@ -266,17 +271,17 @@ void Worker::connect() {
     if (is_late() && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
     refusals = 0;
     if (is_standby) heeded_ = before;
-    const Corbot::WorkState late = is_standby ? Corbot::WorkWaiting : Corbot::WorkAttention;
-    status_.set(is_late() ? late : Corbot::WorkIdle, why);
+    const Corbot::WorkState otherwise = is_standby && is_late() ? Corbot::WorkWaiting : Corbot::WorkIdle;
+    status_.set(calls ? Corbot::WorkAttention : otherwise, why);
     pause(kConnectAgain_s, stop_);
   }
 }
 
-/// Acquires control and the claim. Returns an empty text on success, or a text that names the holder. Throws
-/// Failure if only a person's Start can continue the work.
-std::string Worker::take_robot() {
+/// Acquires control and the claim. Returns nothing on success, or else the holder. Throws Failure if only a
+/// person's Start can continue the work.
+std::optional<Worker::Holder> Worker::take_robot() {
   const bool is_exclusive = arm_.acquire();
-  if (token_ != 0 && !is_marked_) return "";  // the store refuses a token of an ended claim
+  if (token_ != 0 && !is_marked_) return std::nullopt;  // the store refuses a token of an ended claim
   try {
     token_ = store_.claim(robot_.name, who_, token_);
   } catch (const Corbot::Claimed& e) {
@@ -289,20 +294,24 @@ std::string Worker::take_robot() {
             fmt::format(
                 "'{}' has ended while {} waited for a person: look at {}, then use 'corbot cell start CELL'",
                 client::printable(who), robot_.name, robot_.name));
-      return fmt::format(
-          "stand-by: '{}' {} {} by claim {}; where it has ended for good, use 'corbot cell release CELL {}'",
-          client::printable(who), is_waiting_name(who) ? "waits for a person, with" : "works with",
-          robot_.name, e.token, robot_.name);
+      return Holder{
+          fmt::format(
+              "stand-by: '{}' {} {} by claim {}; where it has ended for good, use 'corbot cell release CELL "
+              "{}'",
+              client::printable(who), is_waiting_name(who) ? "waits for a person, with" : "works with",
+              robot_.name, e.token, robot_.name),
+          is_waiting_name(who)};
     }
     try {
       token_ = store_.claim(robot_.name, who_, e.token);
     } catch (const Corbot::Claimed& other) {
-      return fmt::format("stand-by: '{}' was first to claim {}", client::printable(other.who.in()),
-                         robot_.name);
+      return Holder{
+          fmt::format("stand-by: '{}' was first to claim {}", client::printable(other.who.in()), robot_.name),
+          false};
     }
   }
   is_marked_ = false;
-  return "";
+  return std::nullopt;
 }
 
 /// Tells if this worker may replace the claim's holder. Control of the arm proves that the holder cannot move
@@ -747,6 +756,15 @@ void Worker::wait_for(Activity activity, const std::string& text, double pause_s
   status_.set(Corbot::WorkWaiting, text);
   if (pause_s > 0) pause(pause_s, stop_);
   end_if_stopped();
+  check_able();
+}
+
+/// Throws RobotUnable if the robot is in Error, as after a StopAndHold. No command would find that.
+void Worker::check_able() {
+  try {
+    if (!arm_.is_able()) throw RobotUnable();
+  } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): the next command reports the outage
+  }
 }
 
 std::string Worker::key_of(const Place& place) const { return cell_.key_of(place) + ".position_m"; }

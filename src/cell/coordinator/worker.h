@@ -75,7 +75,12 @@ class Worker {
   // Resolution of the state.
   std::optional<Transfer> resolve();
   void connect();
-  std::string take_robot();
+  /// Another coordinator that has the robot or its claim.
+  struct Holder {
+    std::string text;
+    bool awaits_person{};
+  };
+  std::optional<Holder> take_robot();
   [[nodiscard]] bool may_replace(const std::string& who, Corbot::ClaimToken token, bool is_exclusive);
   void find_zone(const Eigen::Vector3d& tool);
   void move_out(const Eigen::Vector3d& tool);
@@ -115,6 +120,7 @@ class Worker {
   template <class F>
   auto call(F&& f) -> decltype(f());
   void wait_for(Activity activity, const std::string& text, double pause_s = 0);
+  void check_able();
   void end_if_stopped();
   [[nodiscard]] std::string key_of(const Place& place) const;
 

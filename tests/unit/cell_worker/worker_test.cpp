@@ -364,6 +364,23 @@ TEST_P(WorkerTest, ARobotInErrorNeedsNoPersonAtOnce) {
   EXPECT_EQ(world.count_reports("corbot clear"), 0) << "no person is asked yet";
 }
 
+TEST_P(WorkerTest, AnErrorOfARobotThatWaitsForAPieceIsReported) {
+  FakeCell world(config_, GetParam());
+  world.on_reserve = [&](int calls) { world.is_in_error = calls == 2; };  // as after a StopAndHold
+  cell::Worker worker(
+      config_, *config_.robot(GetParam()), {world, world, world}, "test",
+      [&](const std::string& text) {
+        world.report(text);
+        if (text.find(" is in Error") == std::string::npos) return;
+        world.is_in_error = false;
+        add_piece(world, 0);
+      },
+      world.stop_source.get_token());
+  worker.run();
+  EXPECT_EQ(world.count_reports(std::string(GetParam()) + " is in Error"), 1);
+  EXPECT_EQ(world.written[Corbot::StepPlaced], 1) << "it goes on without a Start";
+}
+
 TEST_P(WorkerTest, APieceThatIsLostOnTheWayIsUnclear) {
   FakeCell world(config_, GetParam());
   add_piece(world, 0);
@@ -658,7 +675,8 @@ TEST_P(WorkerTest, AStandByTakesNoRobotWhoseHolderWaitsForAPerson) {
   add_piece(world, 0);
   world.is_claimed = true;
   world.holder = cell::waiting_name("another");
-  run_one(world);
+  const Corbot::RobotWork work = run_one(world);
+  EXPECT_EQ(work.state, Corbot::WorkAttention) << "whose stand-by calls for the person, too";
   EXPECT_EQ(world.written[Corbot::StepPlaced], 0);
   EXPECT_EQ(world.count_reports("stand-by: 'another/waits' waits for a person, with "), 1);
   EXPECT_THAT(world.holders_at_release, Contains("another/waits")) << "the person may need control";
