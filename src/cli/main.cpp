@@ -419,10 +419,23 @@ void add_files(CLI::App& app, Settings& s) {
   plot_command->callback([&s] { charts::plot(s.plot); });
 }
 
+/// Returns the words from the first that is no option of `app`, nor the value of one.
+std::span<const std::string> without_options(const CLI::App& app, std::span<const std::string> words) {
+  while (!words.empty()) {
+    const std::size_t equal = words[0].find('=');
+    const CLI::Option* option = app.get_option_no_throw(words[0].substr(0, equal));
+    if (option == nullptr || !words[0].starts_with('-')) break;
+    const bool has_value = equal == std::string::npos && option->get_items_expected_min() > 0;
+    words = words.subspan(std::min<std::size_t>(words.size(), has_value ? 2 : 1));
+  }
+  return words;
+}
+
 /// Reports an unknown command: CLI11 only reports an argument too many or a sub-command too few. `parents`:
 /// "", or "cell ".
 void check_command(const CLI::App& app, std::span<const std::string> words, const std::string& parents = "") {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  words = without_options(app, words);
   if (commands.empty() || words.empty() || words[0].starts_with('-')) return;
   std::vector<std::string> names;
   for (const CLI::App* command : commands) {

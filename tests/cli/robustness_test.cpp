@@ -381,6 +381,8 @@ TEST_F(Robustness, MisspeltOptionsGetASuggestion) {
       {{"status", "--jsn"}, "did you mean '--json'?"},
       {{"stop", "--al"}, "did you mean '--all'?"},
       {{"cell", "statsu"}, "unknown command 'cell statsu'; did you mean 'status'? ('corbot cell --help'"},
+      {{"--robot", "a", "statsu"}, "unknown command 'statsu'; did you mean 'status'?"},
+      {{"--robot=a", "--timeout=3", "statsu"}, "unknown command 'statsu'; did you mean 'status'?"},
       {{"status", "--robt=a"}, "did you mean '--robot'?"}};
   for (const auto& [arguments, phrase] : cases) {
     const RunResult result = corbot(arguments);
