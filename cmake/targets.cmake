@@ -144,12 +144,12 @@ endfunction()
 # on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
 # ORBit2, if that is built. COMPUTES marks a program that computes for long. Every build optimises these.
 # The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of ctest's
-# processors that a case takes, of which scripts/common.sh sets six or eight for each of the machine's. A case
-# that computes takes six. On two processors ctest never has six free while shorter cases wait, so those that
-# compute run last: emulated serial devices answer late beside them. COST: ctest begins the tests with the
-# highest number first, so that no long one remains for the end. ALONE: ctest runs no other test at the same
-# time. A real-time thread that computes for seconds delays the kernel's work for pseudo-terminals, among
-# others.
+# processors that a case takes, of which scripts/common.sh sets six or eight for each of the machine's. The
+# cases of a program that computes run one after another, beside all that wait. With sanitizers every case
+# computes, and each of these takes six. COST: ctest begins the tests with the highest number first, so that
+# no long one remains for the end. A gap goes to any case that fits, so cases of two processors begin first.
+# ALONE: ctest runs no other test at the same time. A real-time thread that computes for seconds delays the
+# kernel's work for pseudo-terminals, among others.
 function(corbot_test name)
   cmake_parse_arguments(arg "ALONE;BOTH_ORBS;COMPUTES;SANITIZED_AT_NIGHT;THREADS"
     "TIER;TIMEOUT;PROCESSORS;COST;LONG" "SOURCES;LIBS;DEPENDS" ${ARGN})
@@ -193,11 +193,14 @@ function(corbot_test name)
   endif()
   if(NOT arg_PROCESSORS)
     set(arg_PROCESSORS 1)
-    if(arg_COMPUTES)
+    if(arg_COMPUTES AND CORBOT_SANITIZE)
       set(arg_PROCESSORS 6)
     endif()
   endif()
   set(properties TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS})
+  if(arg_COMPUTES AND NOT CORBOT_SANITIZE)
+    list(APPEND properties RESOURCE_LOCK ${name})
+  endif()
   if(arg_COST)
     list(APPEND properties COST ${arg_COST})
   endif()
