@@ -19,12 +19,17 @@ FAR = [60.0, 0.0, 0.0, 0.0]  # degrees, of the Lynx 5
 SLOWLY = 6.0  # seconds
 
 
-def until(condition: Callable[[], bool], within: float = 20.0) -> None:
-    """Return as soon as the condition holds; fail after `within` seconds."""
+def until(condition: Callable[[], bool], within: float = 60.0) -> None:
+    """Return soon after the condition holds; fail after `within` seconds.
+
+    The pauses grow: tests that look without a pause would starve the process for which they wait.
+    """
     end = time.monotonic() + within
+    pause = 0.002
     while not condition():
         assert time.monotonic() < end, f"not within {within} s"
-        time.sleep(0.002)
+        time.sleep(pause)
+        pause = min(1.5 * pause, 0.03)
 
 
 def freeze(process: int) -> None:
