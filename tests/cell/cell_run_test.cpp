@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -26,6 +25,7 @@
 #include "cli/cell/cell_processes.h"
 #include "java_robot.h"
 #include "shm/descriptor.h"
+#include "support/cases.h"
 #include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
@@ -207,18 +207,10 @@ class CellRun : public testing::Test {
   }
 };
 
-std::uint32_t drawn_seed() {
-  const char* const text = std::getenv("CORBOT_SEED");
-  const std::uint32_t seed =
-      text != nullptr ? static_cast<std::uint32_t>(std::strtoul(text, nullptr, 10)) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  return seed;
-}
-
 TEST_F(CellRun, BringsEveryPieceFromPalletToPalletOnce) {
   const fs::path pictures = this->pictures();
-  const RunResult result =
-      cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures.string()});
+  const RunResult result = cell_run(
+      {"--pieces", "4", "--seed", fmt::format("{}", test::drawn_seed()), "--pictures", pictures.string()});
   expect_all_brought(result, 4);
   std::ifstream file(pictures / "cell.svg");
   const std::string svg{std::istreambuf_iterator<char>(file), {}};
@@ -279,7 +271,8 @@ TEST_F(CellRun, BringsSquarePiecesOfAnyYaw) {
   if (on_orbit2()) GTEST_SKIP() << "the servants' ORB makes no difference";
   put_squares();
   expect_all_brought(
-      cell_run({"--pieces", "4", "--seed", fmt::format("{}", drawn_seed()), "--pictures", pictures()}), 4);
+      cell_run({"--pieces", "4", "--seed", fmt::format("{}", test::drawn_seed()), "--pictures", pictures()}),
+      4);
   EXPECT_THAT(text_of("scene.record"), HasSubstr("\"yaw\":"));
   std::ifstream file(fs::path(pictures()) / "cell.svg");
   const std::string svg{std::istreambuf_iterator<char>(file), {}};
@@ -306,7 +299,7 @@ TEST_P(SixPieces, AreBrought) {
   }
   if (pieces != "Round") put_squares();
   if (pieces == "SquareAndRound") mix_kinds();
-  expect_all_brought(cell_run({"--pieces", "6", "--seed", fmt::format("{}", drawn_seed())}), 6);
+  expect_all_brought(cell_run({"--pieces", "6", "--seed", fmt::format("{}", test::drawn_seed())}), 6);
 }
 INSTANTIATE_TEST_SUITE_P(Robot2, SixPieces,
                          testing::Combine(testing::Values("Lynx5", "Scara", "Java"),
@@ -623,7 +616,7 @@ class CellOfJavaRobot : public CellUp {
   /// Kills the robot at random instants of its work. The servos hold, so the cell asks for no piece. A person
   /// answers repeated faults.
   void expect_no_piece_lost(int pieces, int kills) {
-    std::mt19937 random(drawn_seed());
+    std::mt19937 random(static_cast<std::uint32_t>(test::drawn_seed()));
     std::uniform_real_distribution<double> instant_s(0.2, 5);
     const std::string all = fmt::format("; {} pieces on pallet2\n", pieces);
     Process cell = up(pieces);

@@ -13,19 +13,13 @@
 #include <utility>
 
 #include "contract/contract.h"
+#include "support/cases.h"
 
 namespace corbot::test {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-std::uint64_t seed() {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t value = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  std::cout << "CORBOT_SEED=" << value << std::endl;
-  return value;
-}
 
 std::size_t entries(const std::string& directory) {
   const auto begin = fs::directory_iterator(directory);
@@ -125,7 +119,7 @@ TEST_P(Contract, KeepsItsRateAndTellsTheAge) {
 
 TEST_P(Contract, IsWithinHalfAUnit) {
   open();
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(test::drawn_seed());
   for (int i = 0; i < 10; ++i) {
     std::vector<double> pulses;
     for (std::size_t servo = 0; servo <= profile_.arm.dof; ++servo) {
@@ -166,7 +160,7 @@ TEST_P(Contract, SurvivesPulledPlugs) {
   if (!facts_.pluggable) GTEST_SKIP() << "skipped: this plug cannot be pulled";
   open();
   ASSERT_TRUE(arrives());
-  std::mt19937_64 random(seed());
+  std::mt19937_64 random(test::drawn_seed());
   const char* times = std::getenv("CORBOT_PLUGS");
   const int rounds = times != nullptr ? std::atoi(times) : 3;
   const std::size_t files = entries("/proc/self/fd");

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "contract/contract.h"
+#include "support/cases.h"
 
 namespace corbot::test {
 namespace {
@@ -105,10 +106,7 @@ TEST_P(Standby, SaysWhereTheServosAreThoughNothingIsReadBackElse) {
 
 TEST_P(Standby, AStopAtAnyInstantOfTheWayBackHaltsIt) {
   if (!facts_.pluggable) GTEST_SKIP() << "skipped: this plug cannot be pulled";
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  std::cout << "CORBOT_SEED=" << seed << std::endl;
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   lose_and_find(0.4);
   for (int i = 0; i < 3; ++i) {
     driver_->set_emergency_stop(false);

@@ -17,6 +17,7 @@
 
 #include "config/load_profile.h"
 #include "fault/jump_watch.h"
+#include "support/cases.h"
 #include "support/serial_robot.h"
 
 namespace corbot::test {
@@ -75,10 +76,7 @@ class DeviceRestart : public SerialRobot {
 };
 
 TEST_F(DeviceRestart, EveryAcceptedMotionEndsAndNoneNeedsAClear) {
-  const char* const text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   const char* const count = std::getenv("CORBOT_KILLS");
   const int kills = count != nullptr ? std::atoi(count) : 5;
   std::size_t accepted_meanwhile = 0;

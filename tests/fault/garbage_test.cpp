@@ -3,12 +3,12 @@
 // real-time task holds the arm or ends its motion meanwhile.
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <random>
 
 #include <fmt/core.h>
 
 #include "cli/cli_rig.h"
+#include "support/cases.h"
 #include "support/giop.h"
 
 namespace corbot::test {
@@ -59,10 +59,7 @@ TEST_F(Garbage, AMessageThatEndsTheServantDoesNotEndTheMotion) {
 }
 
 TEST_F(Garbage, OfManyKindsLeavesARobotThatWorks) {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   const auto below = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   const auto noise = [&](std::size_t length) {
     std::string bytes(length, '\0');

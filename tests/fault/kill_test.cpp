@@ -17,6 +17,7 @@
 #include "config/load_profile.h"
 #include "fault/jump_watch.h"
 #include "support/arm_motions.h"
+#include "support/cases.h"
 #include "support/paths.h"
 #include "support/ports.h"
 #include "support/process.h"
@@ -31,13 +32,6 @@ const std::string kBin = CORBOT_BIN_DIR;
 int kills() {
   const char* text = std::getenv("CORBOT_KILLS");
   return text != nullptr ? std::atoi(text) : 12;
-}
-
-std::uint64_t seed() {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  return seed;
 }
 
 void random_pause(std::mt19937_64& random) {
@@ -112,7 +106,7 @@ class Kill : public ::testing::Test {
   void kill_client(int round);
   void freeze_task(int round);
 
-  std::mt19937_64 random_{seed()};
+  std::mt19937_64 random_{test::drawn_seed()};
   std::vector<double> took_s_;  ///< until the blocked call of a task that died ended
   std::string name_;
   int port_ = 0;

@@ -14,7 +14,6 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
-#include <cstdlib>
 #include <ctime>
 #include <iterator>
 #include <limits>
@@ -33,19 +32,13 @@
 #include "corbot/motion/bounds.h"
 #include "planner/planner.h"
 #include "shm/channel_client.h"
+#include "support/cases.h"
 #include "support/paths.h"
 #include "support/process.h"
 #include "support/test_arms.h"
 
 namespace corbot::test {
 namespace {
-
-std::uint64_t seed() {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  return seed;
-}
 
 /// Overwrites the servant's segment in bursts, as another process, until it is killed.
 class Overwriting {
@@ -338,7 +331,7 @@ class KnotsOverwritten : public ::testing::Test {
     return verdict;
   }
 
-  std::mt19937_64 random_{seed()};
+  std::mt19937_64 random_{test::drawn_seed()};
   const std::string name_;
   const std::string file_;
   const ArmModel arm_;

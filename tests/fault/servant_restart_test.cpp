@@ -22,6 +22,7 @@
 #include "corbot/channel/layout.h"
 #include "corbot/units.h"
 #include "shm/channel_client.h"
+#include "support/cases.h"
 #include "support/giop.h"
 #include "support/paths.h"
 #include "support/robot_rig.h"
@@ -301,10 +302,7 @@ TEST_F(ServantRestart, ManyCallsRightAfterARestartInMidMotion) {
 /// Kills the servant at random instants among clients that start motions. Each ticket of a client has one
 /// end, in the order of the numbers. The arm stands at the goal of the motions that are done.
 TEST_F(ServantRestart, EveryMotionHasItsEndAcrossKillsAtRandomInstants) {
-  const char* const text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   const char* const count = std::getenv("CORBOT_KILLS");
   const int kills = count != nullptr ? std::atoi(count) : 10;
   std::map<Corbot::Ticket, double> accepted;  // increments, by number

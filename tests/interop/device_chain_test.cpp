@@ -16,6 +16,7 @@
 #include "config/load_profile.h"
 #include "contract/device_fixture.h"
 #include "corbot/units.h"
+#include "support/cases.h"
 #include "support/device_jobs.h"
 #include "support/path_log.h"
 #include "support/paths.h"
@@ -127,10 +128,7 @@ TEST_P(DeviceChain, CarriesOutThePapersPickAndPlace) {
 
 TEST_P(DeviceChain, SurvivesAPulledPlugAtRandomInstants) {
   if (!facts_.pluggable) GTEST_SKIP() << "skipped: this device cannot be unplugged";
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   const char* times = std::getenv("CORBOT_PLUGS");
   const int rounds = times != nullptr ? std::atoi(times) : 3;
   for (int i = 0; i < rounds; ++i) {

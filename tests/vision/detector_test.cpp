@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 #include <numbers>
 #include <random>
 
 #include "cell/camera/detector.h"
 #include "corbot/units.h"
 #include "sim/scene/picture.h"
+#include "support/cases.h"
 #include "support/paths.h"
 
 namespace corbot::test {
@@ -28,13 +28,6 @@ constexpr double kWorst_m = 0.002;
 constexpr double kWorstYaw_rad = to_radians(6);
 constexpr double kWorstHiddenYaw_rad = to_radians(15);
 constexpr double kClear_m = 0.003;  // an arm so far from the line of sight to a label hides nothing of it
-
-std::uint64_t test_seed() {
-  const char* const text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  fmt::print("CORBOT_SEED={}\n", seed);
-  return seed;
-}
 
 /// The shipped cell with a second kind, whose hues do not run through 0. Squares are as in docs/cell.md.
 CellConfig two_kinds(bool are_square = false) {
@@ -207,7 +200,7 @@ void expect_yaws(Tally& tally) {
 }
 
 void check_pictures(const CellConfig& cell, int pictures) {
-  const std::uint64_t seed = test_seed();
+  const std::uint64_t seed = test::drawn_seed();
   const cell::CameraModel lens = cell.camera;
   sim::Picture picture({.columns = lens.size_px[0],
                         .rows = lens.size_px[1],

@@ -4,25 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
 #include "config/arms/four_axis.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "inverse_at_pitch.h"
+#include "support/cases.h"
 
 namespace corbot::property_pitch_round_trip_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double deg(double degrees) { return degrees * kPi / 180.0; }
-
-std::uint64_t seed() {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t value = text != nullptr ? std::strtoull(text, nullptr, 0) : 1751;
-  std::cout << "seed " << value << "\n";
-  return value;
-}
 
 using Lengths = config::FourAxisLengths;
 
@@ -75,7 +68,7 @@ bool is_backward(const ToolPose& pose) {
 }
 
 TEST(PitchRoundTrip, AMillionPointsComeBackOnEverySolution) {
-  Sampler sampler{std::mt19937_64(seed())};
+  Sampler sampler{std::mt19937_64(test::seed())};
   double worst_m = 0.0, worst_pitch = 0.0;
   std::array<std::array<long, 4>, static_cast<std::size_t>(Spot::kCount)> solved{};
   std::array<Kinematics, 3> arms;

@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "rt/backends/serial/maestro.h"
 #include "rt/backends/serial/mini_ssc.h"
 #include "rt/backends/serial/ssc32.h"
+#include "support/cases.h"
 
 namespace corbot::rt {
 namespace {
@@ -102,10 +102,7 @@ TEST(MiniSscEncoding, TakesTheNearestOf255Positions) {
 }
 
 TEST(Encoding, IsWithinHalfAUnit) {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  std::printf("CORBOT_SEED=%llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   std::uniform_real_distribution<double> pulse(500.0, 2500.0);
   const Maestro maestro({"/dev/null", 115200, -1, false, false, 1, false});
   const MiniSsc mini({"/dev/null", 9600, 500.0, 2500.0, 1});

@@ -5,9 +5,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <random>
 
+#include "support/cases.h"
 #include "support/fake_gpio.h"
 
 namespace corbot::rt {
@@ -65,10 +65,7 @@ TEST(PulsePlan, SortsWhatFallsTogether) {
 }
 
 TEST(PulsePlan, LowersEveryLineOnceAndInTime) {
-  const char* text = std::getenv("CORBOT_SEED");
-  const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-  std::printf("CORBOT_SEED=%llu\n", static_cast<unsigned long long>(seed));
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random(test::drawn_seed());
   std::uniform_int_distribution<std::int64_t> width(-100, 3'000'000);
   for (int round = 0; round < 100'000; ++round) {
     PulseWidths widths;

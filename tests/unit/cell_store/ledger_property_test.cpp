@@ -3,10 +3,10 @@
 // agrees with the ledger.
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "ledger_fixture.h"
+#include "support/cases.h"
 
 namespace corbot::cell {
 namespace {
@@ -157,10 +157,7 @@ class LedgerProperty : public LedgerFixture {
  protected:
   /// The first fault of the model in so many random calls.
   std::string first_fault(int calls, ZoneCheck zone_check) {
-    const char* given = std::getenv("CORBOT_SEED");
-    const std::uint64_t seed = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
-    fmt::print("CORBOT_SEED={}\n", seed);
-    std::mt19937_64 random(seed);
+    std::mt19937_64 random(test::drawn_seed());
     Ledger first(cell_, zone_check);
     Ledger second(cell_, zone_check);
     Model model;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <limits>
@@ -19,6 +18,7 @@
 #include "robot/inherited_state.h"
 #include "robot/settings.h"
 #include "robot/ticket_table.h"
+#include "support/cases.h"
 #include "support/paths.h"
 
 namespace corbot::forged_state_test {
@@ -32,10 +32,7 @@ constexpr std::uint64_t kIncarnation = 7;
 class ForgedState : public ::testing::Test {
  protected:
   ForgedState() {
-    const char* const text = std::getenv("CORBOT_SEED");
-    const std::uint64_t seed = text != nullptr ? std::strtoull(text, nullptr, 10) : std::random_device{}();
-    std::printf("CORBOT_SEED=%llu\n", static_cast<unsigned long long>(seed));
-    random_.seed(seed);
+    random_.seed(test::drawn_seed());
     fill();
   }
 
