@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -9,6 +11,7 @@
 #include <utility>
 
 #include "cli_rig.h"
+#include "shm/descriptor.h"
 #include "support/paths.h"
 #include "support/ports.h"
 #include "terminal.h"
@@ -18,6 +21,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class Supervision : public CliRig {
  protected:
@@ -186,6 +190,36 @@ TEST_F(Supervision, CtrlCEndsEverything) {
   const std::string log = supervisor_->errors() + supervisor_->output();
   EXPECT_THAT(log, HasSubstr(name_ + " is down"));
   supervisor_.reset();
+}
+
+TEST_F(Supervision, ASecondRequestToEndJoinsTheFirst) {
+  up();
+  const auto motion = begin({"joints", "80", "20", "30", "40"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  supervisor_->signal(SIGTERM);  // as of 'corbot down', of '--replace', and of a service manager
+  ASSERT_TRUE(supervisor_->wait_line("ending " + name_, within(30)));
+  supervisor_->signal(SIGTERM);
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  EXPECT_THAT(supervisor_->errors(), AllOf(HasSubstr("at rest, ended"), Not(HasSubstr("killing it"))))
+      << "the arm came to rest on its path";
+  supervisor_.reset();
+}
+
+TEST_F(Supervision, AReplacementWhosePortIsTakenEndsNothing) {
+  up();
+  const int taken = free_port();
+  const Descriptor listener(::socket(AF_INET, SOCK_STREAM, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(taken));
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  ASSERT_EQ(::listen(listener.get(), 1), 0);
+  const RunResult refused = corbot({"up", CORBOT_TEST_PROFILE, "--name", name_, "--replace", "--endpoint",
+                                    "127.0.0.1:" + std::to_string(taken)});
+  EXPECT_EQ(refused.code, 5);
+  EXPECT_THAT(refused.errors, HasSubstr("port " + std::to_string(taken)));
+  EXPECT_TRUE(works());
 }
 
 TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {

@@ -62,7 +62,7 @@ Supervisor::~Supervisor() {
 }
 
 bool Supervisor::start(Spec spec) {
-  if (end_requests_ > 0) return false;
+  if (end_signal_ != 0) return false;
   Child child(spec.title, spec.command);
   entries_.push_back({std::move(spec), std::move(child)});
   Entry& entry = entries_.back();
@@ -73,7 +73,7 @@ bool Supervisor::start(Spec spec) {
   start_child(entry);
   while (!entry.ready) {
     poll(kPollInterval_s);
-    if (end_requests_ > 0) return false;
+    if (end_signal_ != 0) return false;
     read_output(entry);
     if (entry.ready) break;
     if (const auto status = entry.child.reap()) {
@@ -98,10 +98,10 @@ bool Supervisor::start(Spec spec) {
 }
 
 bool Supervisor::step() {
-  if (end_requests_ > 0) return false;
+  if (end_signal_ != 0) return false;
   poll(kPollInterval_s);
   for (Entry& entry : entries_) supervise(entry);
-  return end_requests_ == 0;
+  return end_signal_ == 0;
 }
 
 void Supervisor::supervise(Entry& entry) {
@@ -125,7 +125,7 @@ void Supervisor::supervise(Entry& entry) {
   } else if (entry.child.pid() != 0) {
     kill_unresponsive(entry);
   }
-  if (!restarts || entry.child.pid() != 0 || end_requests_ > 0 || Clock::now() < entry.restart_at) return;
+  if (!restarts || entry.child.pid() != 0 || end_signal_ != 0 || Clock::now() < entry.restart_at) return;
   try {
     start_child(entry);
     options_.on_change();
@@ -292,20 +292,20 @@ void Supervisor::read_standard_input() {
 }
 
 void Supervisor::request_end(int signal) {
-  ++end_requests_;
+  if (signal == SIGINT) ++interrupts_;
   if (end_signal_ == 0) end_signal_ = signal;
 }
 
 void Supervisor::stop_last() {
-  if (!entries_.empty()) stop_last(end_requests_);
+  if (!entries_.empty()) stop_last(interrupts_);
 }
 
 void Supervisor::stop_all() {
-  const int requests_before = end_requests_;
-  while (!entries_.empty()) stop_last(requests_before);
+  const int interrupts_before = interrupts_;
+  while (!entries_.empty()) stop_last(interrupts_before);
 }
 
-void Supervisor::stop_last(int requests_before) {
+void Supervisor::stop_last(int interrupts_before) {
   Entry& entry = entries_.back();
   entry.child.send(SIGTERM);
   const auto begin = Clock::now();
@@ -316,7 +316,7 @@ void Supervisor::stop_last(int requests_before) {
       if (entry.spec.is_ready) (void)entry.spec.is_ready(line);
     }
     if (!killed &&
-        (end_requests_ > std::max(requests_before, 1) || seconds_since(begin) > entry.spec.end_within_s)) {
+        (interrupts_ > std::max(interrupts_before, 1) || seconds_since(begin) > entry.spec.end_within_s)) {
       log(fmt::format("{} has not ended yet; killing it", entry.spec.title));
       entry.child.send(SIGKILL);
       killed = true;

@@ -64,7 +64,7 @@ class Supervisor {
   /// Waits briefly, then handles pending events. Returns false when a signal has requested the end. Throws
   /// Failure when it gives up a process.
   [[nodiscard]] bool step();
-  /// Ends the process that was started last: SIGTERM, then SIGKILL after its time or at a second signal.
+  /// Ends the process that was started last: SIGTERM, then SIGKILL after its time or at a second Ctrl-C.
   void stop_last();
   /// Ends all processes in the same way, the last started first.
   void stop_all();
@@ -92,7 +92,7 @@ class Supervisor {
     DescriptorStore stored{};
   };
 
-  /// Waits for signals, output and messages, at most `seconds`. Counts end_requests_.
+  /// Waits for signals, output and messages, at most `seconds`.
   void poll(double seconds);
   void read_signals();
   void read_standard_input();
@@ -108,16 +108,16 @@ class Supervisor {
   void schedule_restart(Entry& entry, const std::string& why);
   [[noreturn]] static void give_up(const Entry& entry, client::ExitCode code, const std::string& why);
   void allow_for_own_gap();
-  /// `requests_before`: signals received when the end began.
-  void stop_last(int requests_before);
+  /// `interrupts_before`: interrupts_ when the end began.
+  void stop_last(int interrupts_before);
   void restore_socket();
 
   Options options_;
   NotifySocket notify_;
   std::list<Entry> entries_;
   int signal_fd_{-1};
-  int end_requests_{0};  ///< signals received, and the end of standard input
   int end_signal_{0};
+  int interrupts_{0};  ///< SIGINTs received; another SIGTERM or SIGHUP joins the end that is under way
   Clock::time_point last_step_{};
   bool socket_lost_{false};  ///< no message can be received
 };

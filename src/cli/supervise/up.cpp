@@ -248,8 +248,14 @@ void up(const UpOptions& options) {
   std::string why;
   const auto endpoint = split_endpoint(state.endpoint, &why);
   if (!endpoint) throw Failure(ExitCode::kUsage, fmt::format("--endpoint: {}", printable(why)));
+  const auto check_endpoint = [&] {
+    check_free(endpoint->first, endpoint->second, "choose another with --endpoint HOST:PORT");
+  };
+  const auto replaced = options.replace ? client::read_state(state.name) : std::nullopt;
+  const auto present = replaced ? split_endpoint(replaced->endpoint, &why) : std::nullopt;
+  if (present && present->second != endpoint->second) check_endpoint();  // before that robot is ended
   StateLock lock = take_name(state.name, options.replace);
-  check_free(endpoint->first, endpoint->second, "choose another with --endpoint HOST:PORT");
+  check_endpoint();
   for (const std::string& doubt : doubts_of(read.profile, workspace_of(read.profile.arm)))
     log(fmt::format("{}: {}", printable(options.profile), doubt));
   std::unique_ptr<LogDirectory> log_directory;
