@@ -88,6 +88,18 @@ TEST_F(Following, AtRestAndWhenHeldToo) {
   EXPECT_TRUE(device.frame.power_off);
 }
 
+TEST_F(Following, ACycleWithoutAMeasurementDoesNotHideAJointThatIsTooFar) {
+  for (int i = 0; i < 80; ++i) {
+    device.measures = i % 5 != 4;
+    if (!device.measures) device.feedback = {};
+    device.lag_q[1] = kError_q + 0.01;
+    rig.step();
+  }
+  const auto alarm = rig.alarm();
+  ASSERT_TRUE(alarm);
+  EXPECT_EQ(alarm->code, AlarmCode::kFollowingError);
+}
+
 TEST_F(Following, WhatIsNotANumberFollowsNothing) {
   device.lag_q[2] = std::numeric_limits<double>::quiet_NaN();
   rig.step(60);
