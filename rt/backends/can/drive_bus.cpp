@@ -44,9 +44,9 @@ void DriveBus::command(NmtCommand command) {
   }
 }
 
-void DriveBus::synchronise(const std::vector<std::uint16_t>& controlwords, std::vector<std::int32_t> targets,
-                           Clock::duration within) {
-  const auto deadline = Clock::now() + std::max(within, period());
+void DriveBus::synchronise(const std::vector<std::uint16_t>& controlwords,
+                           std::vector<std::int32_t> targets) {
+  const auto deadline = Clock::now() + std::max<Clock::duration>(kSendWithin, period());
   for (std::size_t i = 0; i < drives().size(); ++i) {
     port_.write(rpdo_frame(drives()[i].node, controlwords[i], targets[i]), deadline);
   }

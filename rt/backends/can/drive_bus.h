@@ -36,10 +36,8 @@ class DriveBus {
   void set_period_ns(std::int64_t period_ns) noexcept { period_ns_ = period_ns; }
 
   void command(NmtCommand command);
-  /// Sends RPDOs to all drives, then SYNC. The bus accepts all of them within this time, or a period if that
-  /// is longer.
-  void synchronise(const std::vector<std::uint16_t>& controlwords, std::vector<std::int32_t> targets,
-                   Clock::duration within = kSendWithin);
+  /// Sends RPDOs to all drives, then SYNC.
+  void synchronise(const std::vector<std::uint16_t>& controlwords, std::vector<std::int32_t> targets);
   /// Returns the targets of the last synchronise(); empty: none since open().
   [[nodiscard]] const std::vector<std::int32_t>& targets() const noexcept { return targets_; }
   /// Sends SYNC alone, to which the drives also answer.

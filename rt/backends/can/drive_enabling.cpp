@@ -21,13 +21,33 @@ constexpr auto kDisableWithin = 1s;
 constexpr auto kStopWithin = 1s;
 /// A controlword stands this long before the next step: a statusword replies to the previous one.
 constexpr auto kStep = 20ms;
+/// A bus that is full for so many times in a row, DriveBus::kSendWithin each, is a failure.
+constexpr int kMostFull = 20;
+/// No shaft moves by its greatest sag in a shorter time.
+constexpr auto kSagWithin = 20ms;
+constexpr int kLooks = 3;  // at the positions, before any energy
+
+/// The greatest sag of a drive's shaft during a restart, near_q() of it for a sliding joint. After a greater
+/// one its count has begun anew.
+constexpr double kSag_rad = 0.05;
+constexpr double kSagOfGripper = 0.05;
+
+std::vector<double> most_sag(const Cia402Settings& settings) {
+  std::vector<double> counts;
+  for (const JointDrive& joint : settings.joints)
+    counts.push_back(near_q(joint.kind, kSag_rad) * joint.counts_per_q);
+  if (settings.gripper) {
+    counts.push_back(kSagOfGripper * std::abs(settings.gripper->open_count - settings.gripper->closed_count));
+  }
+  return counts;
+}
 
 }  // namespace
 
-DriveEnabling::DriveEnabling(DriveBus& bus, std::vector<double> most_sag, std::chrono::milliseconds stagger)
+DriveEnabling::DriveEnabling(DriveBus& bus, const Cia402Settings& settings)
     : bus_(bus),
-      most_sag_(std::move(most_sag)),
-      stagger_(stagger),
+      most_sag_(most_sag(settings)),
+      stagger_(settings.stagger_ms),
       positions_(most_sag_.size()),
       has_restarted_(most_sag_.size(), false) {}
 
@@ -65,11 +85,26 @@ void DriveEnabling::check_counts() const {
   }
 }
 
+/// A wrong position would become the target, and the shaft leap there.
+void DriveEnabling::check_leap(std::size_t index) const {
+  const DriveReport& drive = bus_.drives()[index];
+  const double times = std::max(1.0, std::chrono::duration<double>(drive.leap_time) / kSagWithin);
+  if (static_cast<double>(drive.leap) <= times * most_sag_[index]) return;
+  throw DeviceError(DeviceCause::kBadAnswer, bus_.interface() + ": " + name_of(drive) +
+                                                 " reports positions that are " + std::to_string(drive.leap) +
+                                                 " counts apart, one after the other: was it moved, or do "
+                                                 "two drives have this number?");
+}
+
 std::optional<std::vector<std::int32_t>> DriveEnabling::enable(const std::function<bool()>& is_stopped) {
   const auto& drives = bus_.drives();
   // A first SYNC without a controlword queries the positions: a drive may be enabled, and holds.
-  bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
-  bus_.await_answers(Clock::now() + kAnswersWithin);
+  // A drive's first answer may be old. The others show whether its position is one that a shaft has.
+  for (int i = 0; i < kLooks; ++i) {
+    bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
+    bus_.await_answers(Clock::now() + kAnswersWithin);
+    if (i == 0) bus_.watch().settle_leaps();
+  }
   for (const DriveReport& drive : drives) check_answered(drive);
   check_counts();
   std::vector<bool> was_enabled;
@@ -170,11 +205,13 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
   const Clock::duration within = kEnableWithin + static_cast<std::int64_t>(drives.size()) * stagger_;
   RunningTime waited(2 * bus_.period(), Clock::now());
   auto next_turn = Clock::now();
+  int full = 0;
   for (auto due = Clock::now();; due += bus_.period()) {
     bool all_ready = true;
     bool is_turn = Clock::now() >= next_turn;  // true when all drives before it are in operation
     for (std::size_t i = 0; i < drives.size(); ++i) {
       check_answered(drives[i]);
+      check_leap(i);
       check_steady(i, progress[i]);
       // No target jumps. A drive that holds its load keeps its target, or it would sink a little every time.
       if (!is_holding[i]) targets[i] = drives[i].process.position;
@@ -192,14 +229,20 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
       words[i] = progress[i].word;
     }
     if (all_ready) break;
-    if (is_stopped()) return std::nullopt;
     if (waited.look(Clock::now()) > within) {
       for (std::size_t i = 0; i < drives.size(); ++i) {
         if (!is_ready(i, progress[i])) fail_not_enabled(i);
       }
     }
-    // No arm moves yet. A bus that is busy for a moment must not hide why a drive cannot be enabled.
-    bus_.synchronise(words, targets, kAnswersWithin);
+    try {
+      if (is_stopped()) return std::nullopt;
+      bus_.synchronise(words, targets);
+      full = 0;
+    } catch (const DeviceError& error) {
+      // A bus that is busy for a moment must not hide why a drive cannot be enabled. The next round sends
+      // the targets of then.
+      if (error.cause() != DeviceCause::kWriteTimeout || ++full == kMostFull) throw;
+    }
     bus_.listen(due + bus_.period(), [] { return false; });
     bus_.watch().check_bus();
   }

@@ -9,6 +9,7 @@
 
 #include "corbot/running_time.h"
 #include "rt/backends/can/drive_bus.h"
+#include "rt/backends/can/drive_settings.h"
 
 namespace corbot::rt {
 
@@ -16,9 +17,8 @@ namespace corbot::rt {
 /// in operation must have the same count as before.
 class DriveEnabling {
  public:
-  /// `most_sag`: for each drive, the counts by which its position may differ after a restart. `stagger`: from
-  /// one drive's being enabled to the next one's beginning; 0: all at once. `bus` must outlive this.
-  DriveEnabling(DriveBus& bus, std::vector<double> most_sag, std::chrono::milliseconds stagger);
+  /// `bus` must outlive this.
+  DriveEnabling(DriveBus& bus, const Cia402Settings& settings);
 
   /// Remembers the restarts in the watch, before it is cleared.
   void note_restarts();
@@ -64,11 +64,13 @@ class DriveEnabling {
   void check_answered(const DriveReport& drive) const;
   /// Throws if a drive that has restarted has another count than before.
   void check_counts() const;
+  /// Throws if the drive's positions lie further apart than a shaft moves so quickly.
+  void check_leap(std::size_t drive) const;
   [[noreturn]] void fail_not_enabled(std::size_t drive);
 
   DriveBus& bus_;
-  const std::vector<double> most_sag_;
-  const std::chrono::milliseconds stagger_;
+  const std::vector<double> most_sag_;       ///< counts by which a position may differ after a restart
+  const std::chrono::milliseconds stagger_;  ///< from a drive's being enabled to the next one's beginning
   std::vector<std::optional<std::int32_t>> positions_;  ///< position when the drive was last in operation
   std::vector<bool> has_restarted_;                     ///< since it was last in operation
 };

@@ -36,8 +36,7 @@ Cia402Settings without_watch(Cia402Settings settings) {
 DriveHoming::DriveHoming(const Cia402Settings& settings)
     : settings_(without_watch(settings)),
       bus_(settings_.interface, nodes_of(settings_), settings_.heartbeat_ms, settings_.loop_ns),
-      enabling_(bus_, std::vector<double>(nodes_of(settings_).size(), 0.0),
-                std::chrono::milliseconds(settings_.stagger_ms)),
+      enabling_(bus_, settings_),
       preparation_(settings_, bus_, enabling_) {
   for (std::size_t i = 0; i < bus_.drives().size(); ++i) bus_.watch().expect_no_follow_bit(i);
 }

@@ -4,6 +4,7 @@
 #include <linux/can/error.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace corbot::rt {
@@ -106,6 +107,11 @@ void DriveWatch::take_process(DriveReport& drive, const CanFrame& frame, Time no
   if (!process || state_of(process->statusword) == DriveState::kUnknown) {
     invalid_frame_ = name_of(drive) + " sends invalid process data";
     return;
+  }
+  if (drive.has_process) {
+    const std::int64_t leap = std::abs(std::int64_t{process->position} - drive.process.position);
+    if (leap > drive.leap) drive.leap_time = now - drive.process_time;
+    drive.leap = std::max(drive.leap, leap);
   }
   drive.process = *process;
   if (is_off(process->statusword) && (process->statusword & kStatusVoltage) != 0)

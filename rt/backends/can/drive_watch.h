@@ -25,7 +25,9 @@ struct DriveReport {
   bool has_restarted{false};   ///< booted since clear()
   DriveProcessData process{};  ///< valid when has_process
   bool has_process{false};
-  Time process_time{};                  ///< time of `process`
+  std::int64_t leap{0};  ///< the greatest distance of two successive positions since settle_leaps()
+  std::chrono::steady_clock::duration leap_time{};  ///< between these two
+  Time process_time{};                              ///< time of `process`
   std::optional<Time> awaited_since{};  ///< the first SYNC without an answer; empty: no answer is due
   std::uint16_t emergency{0};           ///< the last code; 0: none, or it was reset
   bool had_voltage{false};              ///< by bit 4 of the statusword, when it was last in operation enabled
@@ -56,6 +58,10 @@ class DriveWatch {
   /// warning.
   void expect_limit(std::size_t drive) { may_press_.at(drive) = true; }
   [[nodiscard]] bool reports_following(std::size_t drive) const { return reports_following_.at(drive); }
+  /// Forgets the leaps so far.
+  void settle_leaps() {
+    for (DriveReport& drive : drives_) drive.leap = 0;
+  }
   /// Reports that all drives are enabled: the faults reported before are settled. Warnings remain.
   void settle_faults();
   /// Restarts the heartbeat timeouts, after a time without receiving.

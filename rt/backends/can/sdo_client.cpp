@@ -12,10 +12,11 @@ using namespace std::chrono_literals;
 using Clock = CanPort::Clock;
 using Step = SdoTransfer::Step;
 
-constexpr auto kAnswerWithin = 500ms;  // also the bound of sending
-constexpr auto kTransferWithin = 2s;   // with all its segments and tries
-constexpr int kMostWaiting = 4096;     // frames, on a bus that never rests
-constexpr int kRequestTries = 2;       // a busy node may miss a request
+constexpr auto kAnswerWithin = 500ms;
+constexpr auto kTransferWithin = 2s;  // with all its segments and tries
+constexpr auto kSendWithin = 50ms;
+constexpr int kMostWaiting = 4096;  // frames, on a bus that never rests
+constexpr int kRequestTries = 2;    // a busy node may miss a request
 
 bool is_not_there(const SdoTransfer& transfer) {
   return transfer.abort_code() == SdoTransfer::kNoObject || transfer.abort_code() == SdoTransfer::kNoSubIndex;
@@ -42,7 +43,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
       if (!frame) break;
       watch_.take(*frame, Clock::now());
     }
-    port_.write(transfer.request(), Clock::now() + kAnswerWithin);
+    port_.write(transfer.request(), Clock::now() + kSendWithin);
     auto deadline = Clock::now() + kAnswerWithin;
     while (const auto frame = port_.read(deadline)) {
       watch_.take(*frame, Clock::now());
@@ -50,7 +51,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
       if (step == Step::kDone) return true;
       if (step == Step::kAborted) return false;
       if (step == Step::kIgnored) continue;
-      port_.write(transfer.request(), Clock::now() + kAnswerWithin);
+      port_.write(transfer.request(), Clock::now() + kSendWithin);
       const auto now = Clock::now();
       deadline = now + std::min<Clock::duration>(kAnswerWithin, kTransferWithin - spent.look(now));
       if (step == Step::kProtocol) {
@@ -60,7 +61,7 @@ bool SdoClient::run(SdoTransfer& transfer) {
     }
     watch_.check_bus();
     transfer.abort(SdoTransfer::kTimedOut);
-    port_.write(transfer.request(), Clock::now() + kAnswerWithin);
+    port_.write(transfer.request(), Clock::now() + kSendWithin);
     if (spent.look(Clock::now()) >= kTransferWithin) {
       fail(DeviceCause::kNoAnswer, "SDO transfer of " + to_string(transfer.object()) + " timed out");
     }

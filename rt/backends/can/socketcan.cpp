@@ -19,27 +19,13 @@ constexpr int kStalePeriods = 5;
 /// After this multiple of that age a drive is lost, even if its heartbeat goes on: its statusword is old as
 /// well.
 constexpr int kLostAfterStale = 20;
-/// The greatest sag of a drive's shaft during a restart, near_q() of it for a sliding joint. After a greater
-/// one its count has begun anew.
-constexpr double kSag_rad = 0.05;
-constexpr double kSagOfGripper = 0.05;
-
-std::vector<double> most_sag(const Cia402Settings& settings) {
-  std::vector<double> counts;
-  for (const JointDrive& joint : settings.joints)
-    counts.push_back(near_q(joint.kind, kSag_rad) * joint.counts_per_q);
-  if (settings.gripper) {
-    counts.push_back(kSagOfGripper * std::abs(settings.gripper->open_count - settings.gripper->closed_count));
-  }
-  return counts;
-}
 
 }  // namespace
 
 Cia402Drives::Cia402Drives(Cia402Settings settings)
     : settings_(std::move(settings)),
       bus_(settings_.interface, nodes_of(settings_), settings_.heartbeat_ms, settings_.loop_ns),
-      enabling_(bus_, most_sag(settings_), std::chrono::milliseconds(settings_.stagger_ms)),
+      enabling_(bus_, settings_),
       preparation_(settings_, bus_, enabling_),
       frame_age_(std::chrono::nanoseconds(settings_.stale_ns)) {
   for (std::size_t i = 0; i < settings_.joints.size(); ++i) {

@@ -266,6 +266,33 @@ TEST_F(Drives, SayWhyTheyCannotBeEnabledAlsoOnABusThatAcceptsNothingForAMoment) 
   }
 }
 
+TEST_F(Drives, AreNotEnabledWhereTwoHaveOneNumber) {
+  if (std::getenv("CORBOT_RIG_CAN") != nullptr)
+    GTEST_SKIP() << "skipped: on a kernel's interface the second drive comes too late";
+  emulator_.command("sto on 1");  // so that enabling lasts until the second one has been heard
+  CanPort port;
+  listen(port, {kSync});
+  std::jthread second([&](const std::stop_token& end) {
+    CanFrame answer{};  // 'switch on disabled', elsewhere
+    answer.can_id = kTpdo1 + 1;
+    answer.can_dlc = 6;
+    const auto count = static_cast<std::uint32_t>(2 * kStandsAt);
+    answer.data[0] = 0x40;
+    for (std::size_t i = 0; i < 4; ++i) answer.data[2 + i] = static_cast<std::uint8_t>(count >> (8 * i));
+    while (!end.stop_requested()) {
+      if (port.read(CanPort::Clock::now() + std::chrono::milliseconds(20)))
+        port.write(answer, CanPort::Clock::now() + std::chrono::seconds(10));
+    }
+  });
+  const DeviceError error = refused();
+  EXPECT_EQ(error.cause(), DeviceCause::kBadAnswer);
+  EXPECT_THAT(error.what(), HasSubstr("node 1 reports positions that are 12000 counts apart, one after the "
+                                      "other: was it moved, or do two drives have this number?"));
+  second.request_stop();
+  second.join();
+  EXPECT_EQ(emulator_.largest_steps(kStandsAt).second, 0) << "no shaft moved";
+}
+
 TEST_F(Drives, AreEnergisedAndDeEnergisedWhenAsked) {
   Cia402Drives drives(settings_);
   drives.open();
