@@ -69,8 +69,8 @@ void publish_addresses(const CellConfig& cell, const fs::path& file) {
   if (std::ofstream stream(unfinished); (stream << addresses.dump() << '\n').flush())
     fs::rename(unfinished, path, refused);
   else
-    refused = std::make_error_code(std::errc::io_error);
-  if (refused) throw Failure(ExitCode::kInternal, path.string() + ": cannot be written");
+    refused = std::error_code(errno != 0 ? errno : EIO, std::system_category());
+  if (refused) throw client::system_failure(path.string() + ": cannot be written", refused.value());
 }
 
 std::vector<fs::path> running_cells() {

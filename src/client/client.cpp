@@ -445,7 +445,7 @@ double Client::wait(Corbot::Ticket ticket, const ProgressReport& report) {
       info = follow(ticket);
       lost.reset();
     } catch (const Corbot::BadParameter&) {
-      throw unknown_end(ticket, "the servant was restarted meanwhile and has no record of the motion");
+      throw unknown_end(ticket, "the servant was restarted meanwhile and has no record of the motion", false);
     } catch (const CORBA::SystemException& e) {
       // A servant issued the ticket: the motion is accepted, even if the connection is lost.
       const auto now = std::chrono::steady_clock::now();

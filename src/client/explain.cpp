@@ -103,11 +103,12 @@ Failure unknown_start(const Failure& cause) {
                             "stop the arm with 'corbot stop'"};
 }
 
-Failure unknown_end(Corbot::Ticket ticket, const std::string& cause) {
+Failure unknown_end(Corbot::Ticket ticket, const std::string& cause, bool is_known) {
   return {ExitCode::kUnreachable,
           fmt::format("{}; the outcome of motion {} is unknown; an accepted motion still ends at rest: check "
-                      "'corbot status' before you go on ('corbot cancel {}' takes the motion back)",
-                      cause, ticket, ticket)};
+                      "'corbot status' before you go on{}",
+                      cause, ticket,
+                      is_known ? fmt::format(" ('corbot cancel {}' takes the motion back)", ticket) : "")};
 }
 
 Failure explain(const Corbot::BadParameter& e) {

@@ -62,8 +62,9 @@ struct Address {
 /// Returns the Failure for a call to start a motion that ended with `cause` although the robot may have
 /// accepted it.
 [[nodiscard]] Failure unknown_start(const Failure& cause);
-/// Returns the Failure for an accepted motion whose end can no longer be queried.
-[[nodiscard]] Failure unknown_end(Corbot::Ticket ticket, const std::string& cause);
+/// Returns the Failure for an accepted motion whose end can no longer be queried. `is_known`: the robot may
+/// have its ticket. If not, another motion may have the number, and the text does not offer to cancel it.
+[[nodiscard]] Failure unknown_end(Corbot::Ticket ticket, const std::string& cause, bool is_known = true);
 
 /// Calls `f` and turns every exception of the interface into a Failure; exceptions of the ORB leave the
 /// function.

@@ -8,7 +8,7 @@ namespace corbot::cell {
 /// The work ends because of a requested stop.
 struct WorkEnded {};
 
-/// The robot is in Error while no command of the worker is in progress.
+/// The robot is in Error, or does not answer, while no command of the worker is in progress.
 struct RobotUnable {};
 
 /// A call got no usable reply. The worker determines the state of robot and piece anew, and continues.

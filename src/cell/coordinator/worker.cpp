@@ -62,7 +62,7 @@ void Worker::run() {
       work();
     } catch (const WorkEnded&) {
       return status_.set(Corbot::WorkIdle, "stopped");
-    } catch (const RobotUnable&) {  // NOLINT(bugprone-empty-catch): connect() reports the Error
+    } catch (const RobotUnable&) {  // NOLINT(bugprone-empty-catch): connect() reports the cause
     } catch (const Corbot::Superseded& e) {
       token_ = 0;
       is_marked_ = false;
@@ -759,12 +759,15 @@ void Worker::wait_for(Activity activity, const std::string& text, double pause_s
   check_able();
 }
 
-/// Throws RobotUnable if the robot is in Error, as after a StopAndHold. No command would find that.
+/// Throws RobotUnable if the robot is in Error, as after a StopAndHold, or does not answer. No command finds
+/// that while the robot waits.
 void Worker::check_able() {
+  bool is_able = false;
   try {
-    if (!arm_.is_able()) throw RobotUnable();
-  } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): the next command reports the outage
+    is_able = arm_.is_able();
+  } catch (const client::Failure&) {  // NOLINT(bugprone-empty-catch): connect() reports it
   }
+  if (!is_able) throw RobotUnable();
 }
 
 std::string Worker::key_of(const Place& place) const { return cell_.key_of(place) + ".position_m"; }

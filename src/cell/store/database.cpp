@@ -44,7 +44,8 @@ Database::Database(const std::filesystem::path& file) : file_(file.string()) {
 void Database::check(int code) const {
   if (code == SQLITE_OK) return;
   throw DatabaseError(
-      fmt::format("{}: {}", file_, connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code)));
+      fmt::format("{}: {}", file_, connection_ ? sqlite3_errmsg(connection_.get()) : sqlite3_errstr(code)),
+      (code & 0xFF) == SQLITE_FULL);
 }
 
 void Database::run(const char* sql) {

@@ -17,7 +17,13 @@ namespace corbot::cell {
 /// The database failed. The text names the file and the cause. The current transaction has changed nothing.
 class DatabaseError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit DatabaseError(const std::string& text, bool is_full = false)
+      : std::runtime_error(text), is_full_(is_full) {}
+  /// Tells if the disk has no space left.
+  [[nodiscard]] bool is_full() const noexcept { return is_full_; }
+
+ private:
+  bool is_full_;
 };
 
 /// The path of a database in this process's memory, which ends with its connection.

@@ -13,8 +13,10 @@ auto or_not_ready(Call call) {
     return call();
   } catch (const DatabaseError& error) {
     spdlog::error("{}", error.what());
-    throw Corbot::NotReady(
-        "the ledger's database failed, nothing was changed: the cause is in the log of corbot-store");
+    throw Corbot::NotReady(error.is_full()
+                               ? "the ledger's database failed, nothing was changed: its disk is full"
+                               : "the ledger's database failed, nothing was changed: the cause is in the log "
+                                 "of corbot-store");
   }
 }
 

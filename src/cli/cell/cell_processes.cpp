@@ -108,7 +108,7 @@ void write_profiles(const CellConfig& cell) {
     const std::string text = profile_text(cell, robot);
     std::ofstream file(profile_path(cell, robot));
     if (!(file << text).flush())
-      throw Failure(ExitCode::kInternal, profile_path(cell, robot).string() + ": cannot be written");
+      throw client::system_failure(profile_path(cell, robot).string() + ": cannot be written", errno);
   }
 }
 

@@ -55,7 +55,7 @@ bool CellWorld::has_ledger() const {
 void CellWorld::take_ledger() const {
   std::ofstream file(file_);
   if (!(file << identity_ << '\n').flush())
-    throw client::Failure(client::ExitCode::kInternal, file_.string() + ": cannot be written");
+    throw client::system_failure(file_.string() + ": cannot be written", errno);
 }
 
 bool CellWorld::has_ended() const {

@@ -200,6 +200,22 @@ TEST_F(LedgerFile, OnAFullDiskChangesNothing) {
   EXPECT_EQ(ledger_.history(0, events)[0].number, events + 1) << "no number was lost";
 }
 
+TEST(FullDatabase, IsToldFromOtherFaults) {
+  Database database(kInMemory);
+  database.run("PRAGMA max_page_count = 2; CREATE TABLE t (x)");
+  const auto is_full = [&](const char* sql) {
+    try {
+      database.run(sql);
+    } catch (const DatabaseError& error) {
+      return error.is_full();
+    }
+    ADD_FAILURE() << sql;
+    return false;
+  };
+  EXPECT_TRUE(is_full("INSERT INTO t VALUES (zeroblob(100000))"));
+  EXPECT_FALSE(is_full("INSERT INTO other VALUES (1)"));
+}
+
 /// Two processes share one file only after a mistake, and even then no piece is lost.
 TEST_F(LedgerFile, IsSharedByTwoConnectionsWithoutLoss) {
   const auto work = [&](const std::string& robot, double y_m) {
