@@ -25,7 +25,7 @@ constexpr auto kStep = 20ms;
 constexpr int kMostFull = 20;
 /// No shaft moves by its greatest sag in a shorter time.
 constexpr auto kSagWithin = 20ms;
-constexpr int kLooks = 3;  // at the positions, before any energy
+constexpr int kMoreLooks = 2;  // at the positions, before any energy
 
 /// The greatest sag of a drive's shaft during a restart, near_q() of it for a sliding joint. After a greater
 /// one its count has begun anew.
@@ -99,13 +99,15 @@ void DriveEnabling::check_leap(std::size_t index) const {
 std::optional<std::vector<std::int32_t>> DriveEnabling::enable(const std::function<bool()>& is_stopped) {
   const auto& drives = bus_.drives();
   // A first SYNC without a controlword queries the positions: a drive may be enabled, and holds.
-  // A drive's first answer may be old. The others show whether its position is one that a shaft has.
-  for (int i = 0; i < kLooks; ++i) {
-    bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
-    bus_.await_answers(Clock::now() + kAnswersWithin);
-    if (i == 0) bus_.watch().settle_leaps();
-  }
+  bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
+  bus_.await_answers(Clock::now() + kAnswersWithin);
   for (const DriveReport& drive : drives) check_answered(drive);
+  // A drive's first answer may be old. The next ones show whether its position is one that a shaft has.
+  bus_.watch().settle_leaps();
+  for (int i = 0; i < kMoreLooks; ++i) {
+    bus_.request_answers(Clock::now() + DriveBus::kSendWithin);
+    bus_.await_answers(Clock::now() + std::max<Clock::duration>(kStep, bus_.period()));
+  }
   check_counts();
   std::vector<bool> was_enabled;
   for (const DriveReport& drive : drives) {
