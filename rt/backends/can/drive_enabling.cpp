@@ -21,7 +21,7 @@ constexpr auto kDisableWithin = 1s;
 constexpr auto kStopWithin = 1s;
 /// A controlword stands this long before the next step: a statusword replies to the previous one.
 constexpr auto kStep = 20ms;
-/// A bus that is full for so many times in a row, DriveBus::kSendWithin each, is a failure.
+/// A bus that is full this many times in a row, DriveBus::kSendWithin each, is a failure.
 constexpr int kMostFull = 20;
 /// No shaft moves by its greatest sag in a shorter time.
 constexpr auto kSagWithin = 20ms;
@@ -244,6 +244,7 @@ std::optional<std::vector<std::int32_t>> DriveEnabling::enable_all(const std::fu
       // A bus that is busy for a moment must not hide why a drive cannot be enabled. The next round sends
       // the targets of then.
       if (error.cause() != DeviceCause::kWriteTimeout || ++full == kMostFull) throw;
+      due = Clock::now();  // the rounds that are late are not made up
     }
     bus_.listen(due + bus_.period(), [] { return false; });
     bus_.watch().check_bus();
