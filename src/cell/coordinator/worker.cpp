@@ -240,7 +240,7 @@ void Worker::connect() {
     const auto is_late = [&] { return std::chrono::steady_clock::now() - interrupted_ > kConnectFor; };
     std::string why;
     bool is_standby = false;
-    bool calls = is_late();
+    bool awaits_person = false;
     const int before = starts();
     try {
       if (arm_.is_able()) {
@@ -251,7 +251,7 @@ void Worker::connect() {
         }
         why = holder->text;
         is_standby = true;
-        calls = holder->awaits_person;
+        awaits_person = holder->awaits_person;
       } else {
         why = is_late() ? how_to_clear() : robot_.name + " is in Error, or has no real-time task";
       }
@@ -262,17 +262,18 @@ void Worker::connect() {
       }
       why = "stand-by: " + client::printable(e.reason.in());
       is_standby = true;
-      calls = false;
     } catch (const Corbot::BadParameter& e) {  // a store of another cell does not know the robot
       why = plain_text(client::explain(e));
     } catch (const client::Failure& e) {
       why = plain_text(e);
     }
-    if (is_late() && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
+    const bool late = is_late();
+    if (late && !last_fault_.empty()) why += "; the work ended at " + last_fault_;
     refusals = 0;
     if (is_standby) heeded_ = before;
-    const Corbot::WorkState otherwise = is_standby && is_late() ? Corbot::WorkWaiting : Corbot::WorkIdle;
-    status_.set(calls ? Corbot::WorkAttention : otherwise, why);
+    const bool needs_person = awaits_person || (late && !is_standby);
+    const Corbot::WorkState otherwise = late ? Corbot::WorkWaiting : Corbot::WorkIdle;
+    status_.set(needs_person ? Corbot::WorkAttention : otherwise, why);
     pause(kConnectAgain_s, stop_);
   }
 }
