@@ -48,12 +48,13 @@ class EmulatedLine final : public rt::SerialLine {
   }
   void read_exactly(std::span<std::uint8_t> into, Clock::time_point deadline) override {
     wire_.longest_wait = std::max<std::chrono::nanoseconds>(wire_.longest_wait, deadline - Clock::now());
-    constexpr std::int64_t kDeadline_ns = 30'000'000;
+    const std::int64_t deadline_ns = wire_.now_ns + 30'000'000;
     fetch();
     while (wire_.answered.size() < into.size()) {
       const auto next_ns = wire_.device.next_answer_ns();
-      wire_.now_ns = next_ns ? std::max(wire_.now_ns, *next_ns) : wire_.now_ns + kDeadline_ns;
-      if (!next_ns) throw rt::DeviceError(DeviceCause::kNoAnswer, "emulated: no answer");
+      wire_.now_ns = std::clamp(next_ns.value_or(deadline_ns), wire_.now_ns, deadline_ns);
+      if (!next_ns || *next_ns > deadline_ns)
+        throw rt::DeviceError(DeviceCause::kNoAnswer, "emulated: no answer");
       fetch();
     }
     std::copy_n(wire_.answered.begin(), into.size(), into.begin());

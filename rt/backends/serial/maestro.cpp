@@ -26,6 +26,7 @@ constexpr auto kApproachSpeed = static_cast<unsigned>(kApproach_us_per_s * kQuar
 constexpr double kAcceleration_us_per_s2 = 312.5;
 constexpr double kMostAcceleration = 255.0;
 constexpr int kFramesPerCheck = 50;
+constexpr int kMostUnansweredChecks = 5;
 constexpr double kShortestApproach_s = 2.5;
 constexpr double kMostTravel_us = 2000.0;
 constexpr unsigned kMostPosition = 0x3FFF;  // as a target
@@ -118,7 +119,7 @@ std::string Maestro::describe_errors(unsigned errors) {
 unsigned Maestro::identify() {
   dialog_.open(settings_.port, settings_.baud);
   is_served_ = is_slow_ = false;
-  frames_since_check_ = 0;
+  frames_since_check_ = unanswered_checks_ = 0;
   found_errors_ = 0;
   if (settings_.detect_baud) dialog_.write(Bytes{kPololu});
   unsigned errors = 0;
@@ -305,15 +306,27 @@ void Maestro::check_errors() {
   frames_since_check_ = 0;
   try {
     const unsigned errors = query_errors() | std::exchange(found_errors_, 0);
+    unanswered_checks_ = 0;
     dialog_.note_reply();
     if (errors != 0) refuse(errors);
   } catch (const DeviceError& error) {
     dialog_.note_miss(error);
+    if (++unanswered_checks_ < kMostUnansweredChecks) return;
+    unanswered_checks_ = 0;
+    throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": replies, but not to " +
+                                                     std::to_string(kMostUnansweredChecks) +
+                                                     " queries in a row for its errors");
   }
 }
 
 void Maestro::check_restart(std::uint32_t channel, unsigned position) {
   if (position != 0) return;
+  // The late reply to a query for errors, before this one, would read as a channel without pulses.
+  send_query(command(kGetPosition, {low7(channel)}));
+  if (read_position() != 0) {
+    throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": replies late: the position of channel " +
+                                                   std::to_string(channel) + " was 0 for one of two queries");
+  }
   unsigned errors = 0;
   try {
     errors = query_errors();

@@ -79,9 +79,9 @@ class Maestro final : public BusDevice {
   /// Tells whether it replies, by the position of the frame's first servo. Throws if it has restarted, or if
   /// there was no reply for long.
   [[nodiscard]] bool is_still_there(const ServoFrame& frame);
-  /// Throws if the error register is not empty.
+  /// Throws if the error register is not empty, or was not reported for several checks.
   void check_errors();
-  /// Throws if a servo that was given a target has no pulses.
+  /// Throws if a servo that was given a target has no pulses: noise, if a second query has another reply.
   void check_restart(std::uint32_t channel, unsigned position);
   [[noreturn]] void refuse(unsigned errors) const;
 
@@ -95,6 +95,7 @@ class Maestro final : public BusDevice {
   bool is_served_{false};  ///< since the last approach
   bool is_slow_{false};    ///< the limits of an approach are set
   int frames_since_check_{0};
+  int unanswered_checks_{0};  ///< in a row
   SerialDialog::Pulses polled_us_{};  ///< by has_arrived()
   int looks_unchanged_{0};
   unsigned found_errors_{0};

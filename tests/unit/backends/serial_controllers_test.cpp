@@ -211,6 +211,44 @@ TEST(SerialControllers, AMaestroThatWentHomeSaysWhy) {
   EXPECT_THAT(why, HasSubstr("serial protocol"));
 }
 
+/// Sends a frame every 20 ms. Returns the first fault's text, or nothing after so many frames.
+std::string first_fault(MaestroBench& bench, int frames) {
+  std::string why;
+  for (int i = 0; i < frames; ++i) {
+    if (bench.cause_of(1500.0, &why) == DeviceCause::kDeviceFault) return why;
+    bench.wire.pass(0.02);
+  }
+  return {};
+}
+
+TEST(SerialControllers, AMaestroThatRepliesToAllQueriesExceptThoseForItsErrorsIsNoticed) {
+  MaestroBench bench;
+  bench.begin();
+  (void)bench.emulated.faults().execute({"deaf", "errors", "on"});
+  EXPECT_EQ(first_fault(bench, 200), "") << "a disturbed line may lose a few";
+  (void)bench.emulated.faults().execute({"deaf", "errors", "off"});
+  EXPECT_EQ(first_fault(bench, 100), "");
+  (void)bench.emulated.faults().execute({"deaf", "errors", "on"});
+  EXPECT_EQ(first_fault(bench, 200), "") << "those before do not count";
+  EXPECT_EQ(first_fault(bench, 100), "/dev/maestro: replies, but not to 5 queries in a row for its errors");
+}
+
+TEST(SerialControllers, AMaestroWhoseRepliesAreLateHasNotRestarted) {
+  for (int delay_ms = 5; delay_ms < 120; delay_ms += 5) {
+    MaestroBench bench;
+    bench.begin();
+    for (int i = 0; i < 50; ++i) {
+      const std::string delay = std::to_string(delay_ms);
+      for (const char* query : {"errors", "position"})
+        (void)bench.emulated.faults().execute({"delay", query, delay});
+      EXPECT_EQ(first_fault(bench, 3), "") << delay_ms << " ms late";
+      for (const char* query : {"errors", "position"})
+        (void)bench.emulated.faults().execute({"delay", query, "0"});
+      EXPECT_EQ(first_fault(bench, 8), "") << delay_ms << " ms late before";
+    }
+  }
+}
+
 TEST(SerialControllers, AreHaltedThoughAnswersAreLostOrGarbled) {
   for (const int fault : {0, 1, 2}) {
     MaestroBench maestro;
