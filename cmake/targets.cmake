@@ -145,8 +145,8 @@ endfunction()
 # ORBit2, if that is built. COMPUTES marks a program that computes for long. Every build optimises these.
 # The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of ctest's
 # processors that a case takes, of which scripts/common.sh sets six or eight for each of the machine's. The
-# cases of a program that computes run one after another, beside all that wait. With sanitizers most tests
-# compute, and each of these cases takes six. COST: ctest begins the tests with the highest number first, so
+# cases of a program that computes run one after another, beside all that wait. With sanitizers each of these
+# cases takes six instead. COST: ctest begins the tests with the highest number first, so
 # that no long one remains for the end. A gap goes to any case that fits. So cases of several processors have
 # a COST, and begin while all are free.
 # ALONE: ctest runs no other test at the same time. A real-time thread that computes for seconds delays the

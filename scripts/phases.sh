@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Functions that `.ci/run` and `scripts/nightly` share: phases with their times, and the check for remains.
+# Functions of `.ci/run` and `scripts/nightly`: phases with their times, and the check for remains.
 # A script sources the file after common.sh. The report comes when the script ends.
 durations=()
 
@@ -7,6 +7,7 @@ durations=()
 phase() {
   local title=$1 begun=$SECONDS
   shift
+  running=$title
   say "$title"
   # The call is not in a condition, because bash would ignore `set -e` inside the phase then.
   "$@"
@@ -21,14 +22,14 @@ finish() {
   if [ "$status" -eq 0 ]; then
     say "$run_name passed in $SECONDS s"
   else
-    say "$run_name FAILED in the phase after the last one listed"
+    say "$run_name FAILED in the phase '$running'"
   fi
 }
 
 # Fails if tests left sockets, processes or files behind. They would accumulate on the machine.
 check_left_over() {
-  local left='' socket
-  for socket in $(find "/tmp/corbot-$(id -u)" -maxdepth 1 -name '*.sock' -newer "$stamp" 2> /dev/null); do
+  local left='' socket directories=("/tmp/corbot-$(id -u)" "${XDG_RUNTIME_DIR:-/none}/corbot")
+  for socket in $(find "${directories[@]}" -maxdepth 1 -name '*.sock' -newer "$stamp" 2> /dev/null); do
     # The socket of a running robot is not a test's remains; the check for our processes follows below.
     grep -qF "/${socket##*/}" /proc/net/unix || left+="$socket "
   done
@@ -36,15 +37,8 @@ check_left_over() {
   left=$(pgrep -a -f "^$PWD/build/(release|asan|tsan)/(bin|tests)/|^qemu-system-x86_64 .*=$PWD/build" || true)
   [ -z "$left" ] || fail "still running: $left"
   left=$(git status --porcelain)
-  [ -z "$left" ] || fail "the tree is not clean after build and test:
+  [ "$left" = "$changed" ] || fail "build and tests changed the tree:
 $left"
-}
-
-# check_sanitizer PRESET TARGET LABEL: runs the tests whose label matches the regular expression LABEL.
-# cmake/targets.cmake declares the labels.
-check_sanitizer() {
-  build_preset "$1" -DCORBOT_FUZZ=OFF --target "$2"
-  run_tests "build/$1" -L "$3"
 }
 
 # beside TITLE COMMAND...: runs the command at idle priority beside the next phases, until the phase `join`.
@@ -81,9 +75,12 @@ without_autogroup() {
   autogroup=''
 }
 
-# begin_run NAME: begins the times and the report. Sockets that are newer count as remains of the tests.
+# begin_run NAME: begins the times and the report. Sockets that are newer count as remains of the tests, and
+# so do files of the tree that differ then and not yet now.
 begin_run() {
   run_name=$1
+  running=''
+  changed=$(git status --porcelain)
   beside=''
   mkdir -p build
   autogroup=''
