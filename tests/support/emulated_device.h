@@ -63,6 +63,9 @@ class EmulatedDevice {
   /// All that it has printed.
   [[nodiscard]] std::string output() const { return process_->output(); }
 
+ protected:
+  [[nodiscard]] pid_t pid() const { return process_->pid(); }
+
  private:
   std::vector<std::string> command_;
   std::string record_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sched.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -24,6 +26,14 @@ class EmulatedDrives : public EmulatedDevice {
       : EmulatedDevice(words(program, directory, nodes, more), directory + "/counts.csv"),
         bus_(bus(directory)) {}
 
+  /// Starts them. They compute beside other programs as real drives do, which have processors of their own:
+  /// where the real-time task has its priority, so have they, though a lower one.
+  void start() {
+    EmulatedDevice::start();
+    if (testing::Test::HasFatalFailure()) return;
+    const sched_param lowest{.sched_priority = 1};
+    (void)::sched_setscheduler(pid(), SCHED_RR, &lowest);
+  }
   /// The name of the bus, as a profile has it.
   [[nodiscard]] const std::string& bus() const { return bus_; }
   /// By node: "positions", "targets", or "states".
