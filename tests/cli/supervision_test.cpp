@@ -215,11 +215,18 @@ TEST_F(Supervision, AReplacementWhosePortIsTakenEndsNothing) {
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   ASSERT_EQ(::bind(listener.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
   ASSERT_EQ(::listen(listener.get(), 1), 0);
-  const RunResult refused = corbot({"up", CORBOT_TEST_PROFILE, "--name", name_, "--replace", "--endpoint",
-                                    "127.0.0.1:" + std::to_string(taken)});
-  EXPECT_EQ(refused.code, 5);
-  EXPECT_THAT(refused.errors, HasSubstr("port " + std::to_string(taken)));
-  EXPECT_TRUE(works());
+  const std::string port = std::to_string(taken);
+  const std::vector<std::vector<std::string>> requests{
+      {"--endpoint", "127.0.0.1:" + port},
+      {"--endpoint", "127.0.0.1:" + std::to_string(free_port()), "--naming", port}};
+  for (const std::vector<std::string>& request : requests) {
+    std::vector<std::string> words{"up", CORBOT_TEST_PROFILE, "--name", name_, "--replace"};
+    words.insert(words.end(), request.begin(), request.end());
+    const RunResult refused = corbot(words);
+    EXPECT_EQ(refused.code, 5);
+    EXPECT_THAT(refused.errors, HasSubstr("port " + port));
+    EXPECT_TRUE(works());
+  }
 }
 
 TEST_F(Supervision, AKilledServantIsRestartedAndTheArmGoesOn) {

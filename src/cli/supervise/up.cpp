@@ -79,6 +79,9 @@ void check_free(const std::string& host, int port, const std::string& fix) {
   if (!why.empty()) throw Failure(ExitCode::kInternal, fmt::format("{}: {}", why, fix));
 }
 
+/// Returns the reference of the naming service at this port.
+std::string naming_reference(int port) { return fmt::format("corbaloc::127.0.0.1:{}/NameService", port); }
+
 void check_unix_path(const UpOptions& options) {
   constexpr std::size_t kMostBytes = sizeof(sockaddr_un::sun_path) - 1;
   const fs::path path = options.unix_path;
@@ -144,10 +147,12 @@ StateLock take_name(const std::string& name, bool replace) {
       other ? fmt::format("corbot up (pid {}), {}", other->pid, other->endpoint) : describe(processes);
   const std::string fix =
       lock ? "end that process first" : fmt::format("end it with 'corbot down --name {}'", name);
-  throw Failure(ExitCode::kInternal,
-                fmt::format("'{}' is already running{}: {}, let --replace end it first, or give the new "
-                            "robot another name with --name",
-                            name, holder.empty() ? "" : fmt::format(": {}", holder), fix));
+  const std::string other_fix =
+      replace ? "try again, for another start came first" : "let --replace end it first";
+  throw Failure(
+      ExitCode::kInternal,
+      fmt::format("'{}' is already running{}: {}, {}, or give the new robot another name with --name", name,
+                  holder.empty() ? "" : fmt::format(": {}", holder), fix, other_fix));
 }
 
 void announce(const RobotState& state, int naming_port, const std::string& position, const Console& console) {
@@ -216,7 +221,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   bool going = true;
   if (log_directory != nullptr) {
     going = supervisor.start(naming_service(options.naming_port, log_directory->path()));
-    state.naming = fmt::format("corbaloc::127.0.0.1:{}/NameService", options.naming_port);
+    state.naming = naming_reference(options.naming_port);
   }
   going = going && supervisor.start(real_time_task(options, state, profile, position)) &&
           supervisor.start(servant(options, state, profile.supervisor));
@@ -251,23 +256,25 @@ void up(const UpOptions& options) {
   const auto check_endpoint = [&] {
     check_free(endpoint->first, endpoint->second, "choose another with --endpoint HOST:PORT");
   };
+  const auto check_naming = [&] {
+    if (options.naming_port > 0)
+      check_free("127.0.0.1", options.naming_port, "choose another with --naming PORT");
+  };
+  if (options.panel_port) (void)panel_program();
+  // Refuses what it can before the present robot is ended, which may have these ports itself.
   const auto replaced = options.replace ? client::read_state(state.name) : std::nullopt;
   const auto present = replaced ? split_endpoint(replaced->endpoint, &why) : std::nullopt;
-  if (present && present->second != endpoint->second) check_endpoint();  // before that robot is ended
+  if (present && present->second != endpoint->second) check_endpoint();
+  if (replaced && replaced->naming != naming_reference(options.naming_port)) check_naming();
   StateLock lock = take_name(state.name, options.replace);
   check_endpoint();
+  check_naming();
   for (const std::string& doubt : doubts_of(read.profile, workspace_of(read.profile.arm)))
     log(fmt::format("{}: {}", printable(options.profile), doubt));
   std::unique_ptr<LogDirectory> log_directory;
-  if (options.naming_port > 0) {
-    check_free("127.0.0.1", options.naming_port, "choose another with --naming PORT");
-    log_directory = std::make_unique<LogDirectory>();
-  }
-  if (options.panel_port) {
-    (void)panel_program();
-    if (*options.panel_port > 0)
-      check_free("127.0.0.1", *options.panel_port, "let the panel take any free one with --panel 0");
-  }
+  if (options.naming_port > 0) log_directory = std::make_unique<LogDirectory>();
+  if (options.panel_port.value_or(0) > 0)
+    check_free("127.0.0.1", *options.panel_port, "let the panel take any free one with --panel 0");
   lock.write_profile(std::move(read.text));
   state.profile_in_use = lock.profile_path();
   lock.write(state);
