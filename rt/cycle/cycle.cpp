@@ -291,7 +291,8 @@ void Cycle::exchange_with_backend() noexcept {
   frame_.time_ns = snapshot_.time_ns;
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
-  if (set_point_.position_q != last_.position_q) moved_in_ = snapshot_.cycle;
+  if (set_point_.position_q != last_.position_q || set_point_.opening != last_.opening)
+    moved_in_ = snapshot_.cycle;
   map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);
   backend_.write(frame_);
   // Before the feedback, which a device that stands by has given already.

@@ -160,6 +160,7 @@ class Cycle {
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
   void refuse_cancelled() noexcept;
   void end_slowed_down() noexcept;
+  [[nodiscard]] bool awaits_device() noexcept;
   [[nodiscard]] bool has_slowed_down() const noexcept;
   [[nodiscard]] bool has_to_be_awaited() const noexcept;
   [[nodiscard]] bool have_joints_come_to_rest() const noexcept;
@@ -234,8 +235,9 @@ class Cycle {
   /// A joint that would be moved, without energy or while it is being given.
   std::optional<alarm::OutOfRange> beyond_range_{};
   ServoFeedback feedback_{};
-  std::int64_t fault_ran_ns_{0};  ///< time since a fault has begun to slow the arm down
-  std::uint64_t moved_in_{0};     ///< the last cycle whose set-points moved the joints
+  std::int64_t fault_ran_ns_{0};    ///< time since a fault has begun to slow the arm down
+  std::int64_t stop_waited_ns_{0};  ///< by awaits_device()
+  std::uint64_t moved_in_{0};       ///< the last cycle whose set-points moved the joints or the gripper
   ServoFrame frame_{};
   Snapshot snapshot_{};
 };

@@ -22,7 +22,7 @@ void Cycle::handle_command() noexcept {
   }
   if (is_stopping()) {
     end_slowed_down();
-    if (is_running_) return;
+    if (is_running_ || awaits_device()) return;
     if (hold_.is_active()) refuse_queue(Verdict::kStopped, false);
     if (is_stop_requested()) refuse_queue(Verdict::kStopped, true);
     if (shutdown_) refuse_queue(Verdict::kEnded, false);
@@ -64,6 +64,18 @@ bool Cycle::have_joints_come_to_rest() const noexcept {
 /// move the arm after a Clear. It is awaited for the time of a ramp, too.
 bool Cycle::has_device_seen_rest() const noexcept {
   return device_.times().cycle >= moved_in_ || fault_ran_ns_ >= ramp_ns_;
+}
+
+/// Tells whether a stop at rest must wait for its confirmation, because the device has not taken the resting
+/// set-point: after missed frames that one would still move the arm. A device that does not take it in the
+/// time of a ramp is a fault.
+bool Cycle::awaits_device() noexcept {
+  const bool is_behind = is_device_open() && device_.times().cycle < moved_in_;
+  stop_waited_ns_ = is_behind ? stop_waited_ns_ + gap_.seen_ns() : 0;
+  if (stop_waited_ns_ <= ramp_ns_) return is_behind;
+  stop_waited_ns_ = 0;
+  fault(alarm::goal_not_reached({.joint = -1, .error_q = 0.0, .allowed_q = 0.0}), FaultStop::Way::kOnPath);
+  return true;
 }
 
 /// Called at rest. Gives their verdicts to the running and the waiting commands.

@@ -219,6 +219,46 @@ TEST_F(Following, ALastSetPointThatIsNeverTakenIsNoSuccess) {
   EXPECT_EQ(alarm::joint_deviation(*alarm).joint, -1);
 }
 
+TEST_F(Following, AStopIsConfirmedWhenTheDeviceHasItsLastSetPoint) {
+  const auto is_confirmed = [&] { return rig.snapshot.stops_done == rig.servant->control.stop_count; };
+  for (const bool holds : {false, true}) {
+    for (const bool grips : {false, true}) {
+      SCOPED_TRACE(std::string(holds ? "hold" : "stop") + (grips ? " of the gripper" : " of the arm"));
+      be_without_encoders();
+      if (grips) {
+        rig.submit(rig.planner.gripper(rig.start(), 1.0));
+      } else {
+        go();
+      }
+      rig.step(100);
+      device.takes = false;
+      if (holds) rig.servant->control.hold_count.fetch_add(1);
+      rig.stop();
+      rig.step(900);
+      EXPECT_FALSE(is_confirmed()) << "later frames would move the arm";
+      EXPECT_EQ(rig.snapshot.state, RtState::kStopping);
+      device.takes = true;
+      rig.step(2);
+      EXPECT_TRUE(is_confirmed());
+      EXPECT_EQ(rig.snapshot.state, holds ? RtState::kError : RtState::kStandby);
+    }
+  }
+}
+
+TEST_F(Following, AStopWhoseLastSetPointIsNeverTakenEndsAsAnError) {
+  be_without_encoders();
+  go();
+  rig.step(100);
+  device.takes = false;
+  rig.stop();
+  rig.step(kLongestStop);
+  EXPECT_EQ(rig.snapshot.state, RtState::kError);
+  EXPECT_EQ(rig.snapshot.stops_done, rig.servant->control.stop_count) << "in Error";
+  const auto alarm = rig.alarm();
+  ASSERT_TRUE(alarm);
+  EXPECT_EQ(alarm->code, AlarmCode::kGoalNotReached);
+}
+
 TEST_F(Following, ADwellWaitsForNoDevice) {
   device.takes = false;
   rig.submit(rig.planner.dwell(rig.start(), 0.1));
