@@ -121,6 +121,7 @@ unsigned Maestro::identify() {
   is_served_ = is_slow_ = false;
   frames_since_check_ = unanswered_checks_ = 0;
   found_errors_ = 0;
+  approached_ = 0;
   if (settings_.detect_baud) dialog_.write(Bytes{kPololu});
   unsigned errors = 0;
   try {
@@ -159,6 +160,7 @@ bool Maestro::send(const ServoFrame& frame, bool approach) {
   dialog_.write(bytes);
   last_ = given_ = frame;
   is_served_ = true;
+  approached_ = 0;
   if (++frames_since_check_ >= kFramesPerCheck) check_errors();
   return true;
 }
@@ -189,6 +191,8 @@ void Maestro::approach_to(const ServoFrame& frame) {
   off.servo_count = 0;
   for (std::size_t i = 0; i < frame.servo_count; ++i) {
     double from_us = reported_us[i];
+    if (i < approached_)  // its pulses end by a loss of power alone, after which no limit holds
+      check_restart(frame.channel[i], static_cast<unsigned>(std::lround(from_us * kQuartersPerMicrosecond)));
     if (from_us <= 0.0 && i < given_.servo_count) {
       // Without pulses, no limit holds for it; it is still about at its last target.
       from_us = given_.pulse_us[i];
@@ -212,6 +216,7 @@ void Maestro::approach_to(const ServoFrame& frame) {
   is_slow_ = true;
   check_errors();  // a limit garbled on its way is no limit
   dialog_.write(targets(frame));
+  approached_ = frame.servo_count;
 }
 
 void Maestro::clear_timeout() {
@@ -280,6 +285,7 @@ BusReading Maestro::measure(const ServoFrame& frame) {
 void Maestro::relax() {
   ServoFrame off = last_;
   off.pulse_us.fill(0.0);  // a target of 0: no pulses
+  approached_ = 0;
   dialog_.write(targets(off));
 }
 

@@ -91,11 +91,12 @@ class Maestro final : public BusDevice {
   std::int64_t approach_ns_{2'500'000'000};
   ServoFrame last_{};
   std::string log_;
-  ServoFrame given_{};     ///< the last frame that was no approach
-  bool is_served_{false};  ///< since the last approach
-  bool is_slow_{false};    ///< the limits of an approach are set
+  ServoFrame given_{};         ///< the last frame that was no approach
+  bool is_served_{false};      ///< since the last approach
+  bool is_slow_{false};        ///< the limits of an approach are set
+  std::size_t approached_{0};  ///< servos that the approach under way has given pulses
   int frames_since_check_{0};
-  int unanswered_checks_{0};  ///< in a row
+  int unanswered_checks_{0};          ///< in a row
   SerialDialog::Pulses polled_us_{};  ///< by has_arrived()
   int looks_unchanged_{0};
   unsigned found_errors_{0};

@@ -145,11 +145,11 @@ bool Ssc32::is_still_there() {
     is_reply_missing_ = true;
     query("QP" + std::to_string(last_.channel[queried_]) + "\r", {&reply, 1});
     is_reply_missing_ = false;
+    check_restart(queried_, reply);
   } catch (const DeviceError& error) {
     dialog_.note_miss(error);
     return false;
   }
-  check_restart(queried_, reply);
   dialog_.note_reply();
   return true;
 }
@@ -220,8 +220,15 @@ void Ssc32::query(std::string_view text, std::span<std::uint8_t> reply) {
   dialog_.read(reply);
 }
 
-void Ssc32::check_restart(std::size_t servo, std::uint8_t reply) const {
+void Ssc32::check_restart(std::size_t servo, std::uint8_t reply) {
   if (servo >= given_ || last_.pulse_us[servo] < kSurelyCommanded_us || !is_never_commanded(reply)) return;
+  // One garbled or late byte reads like that, too.
+  query("QP" + std::to_string(last_.channel[servo]) + "\r", {&reply, 1});
+  if (!is_never_commanded(reply)) {
+    throw DeviceError(DeviceCause::kBadAnswer, settings_.port + ": two queries for the pulse of channel " +
+                                                   std::to_string(last_.channel[servo]) +
+                                                   " have different replies");
+  }
   throw DeviceError(DeviceCause::kDeviceFault, settings_.port + ": has restarted: it has given channel " +
                                                    std::to_string(last_.channel[servo]) +
                                                    " no pulse since corbot's last command");

@@ -64,7 +64,7 @@ class Ssc32 final : public BusDevice {
   /// was no reply for long.
   [[nodiscard]] bool is_still_there();
   /// Throws if by the reply a commanded servo has had no pulse.
-  void check_restart(std::size_t servo, std::uint8_t reply) const;
+  void check_restart(std::size_t servo, std::uint8_t reply);
   /// Tells whether the stop input is active now, or (active at low only) has been since it was last queried.
   [[nodiscard]] bool query_stop_input();
 

@@ -172,6 +172,40 @@ TEST(SerialControllers, AMaestroThatHasRestartedIsNoticedAtTheNextFrame) {
   }
 }
 
+TEST(SerialControllers, AGarbledReplyOfAnSsc32IsNoRestart) {
+  Ssc32Bench bench(Ssc32Model::kSsc32U, 115200, true);
+  bench.begin(2050.0);  // garbled, it is the 500 us of a servo that was never commanded
+  for (int i = 0; i < 5; ++i) {
+    bench.wire.garble = 1;
+    EXPECT_EQ(bench.cause_of(2050.0), DeviceCause::kNone);
+    bench.wire.garble = 1;
+    EXPECT_NO_THROW((void)bench.device.measure(all_at(2050.0)));
+  }
+}
+
+TEST(SerialControllers, AMaestroThatRestartsDuringAnApproachGetsNoTarget) {
+  for (const std::size_t servos : {std::size_t{2}, kServos}) {
+    MaestroBench bench;
+    bench.begin();
+    (void)bench.device.open();
+    ServoFrame first = all_at(1500.0);
+    first.servo_count = static_cast<std::uint32_t>(servos);  // the next ones get their pulses a moment later
+    bench.device.send(first, true);
+    bench.wire.pass(0.1);
+    bench.emulated.power_cycle(bench.wire.now_ns);
+    std::string why;
+    try {
+      bench.device.send(all_at(1600.0), true);
+    } catch (const DeviceError& error) {
+      why = error.what();
+    }
+    EXPECT_THAT(why, HasSubstr("has restarted"));
+    expect_no_pulses(bench);
+    (void)bench.device.open();
+    EXPECT_NO_THROW(bench.begin()) << "after a Clear";
+  }
+}
+
 TEST(SerialControllers, AMaestroThatHasRestartedInTheMiddleOfACommandIsNoticed) {
   MaestroBench bench;
   bench.begin();
