@@ -24,6 +24,14 @@ def test_a_parameter_is_named_once() -> None:
     assert str(corbot.BadParameter("P2", 0.0, "P1 and P2 are 0 m apart")).startswith("P1 and P2 are")
 
 
+@pytest.mark.parametrize(
+    ("name", "fix"), [("override", "call arm.override"), ("stop", "call arm.stop"), ("speed", "no 'speed'")]
+)
+def test_a_value_by_assignment(arm: corbot.Arm, name: str, fix: str) -> None:
+    with pytest.raises(AttributeError, match=fix):
+        setattr(arm, name, 20)
+
+
 def test_a_point_out_of_reach(arm: corbot.Arm) -> None:
     with pytest.raises(corbot.Unreachable, match="too far.*Nothing moved.*20 cm is 0.20") as raised:
         arm.move(0.9, 0.0, 0.1)

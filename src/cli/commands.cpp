@@ -9,6 +9,7 @@
 #include <climits>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <future>
 #include <optional>
 #include <string>
@@ -103,6 +104,12 @@ std::string robot_here(const std::string& robot) {
     if (is_name(robot)) return robot;  // started by hand, or its servant is still starting
     throw;
   }
+}
+
+/// Tells whether several robots are up here and the caller has named none: in a hurry, a stop means all.
+bool names_none_of_several(const std::string& robot) {
+  const char* const given = std::getenv("CORBOT_ROBOT");
+  return robot.empty() && (given == nullptr || *given == '\0') && client::robots_up().size() > 1;
 }
 
 /// Stops a robot on this machine by its stop segment, which needs no servant; else by the servant.
@@ -211,7 +218,8 @@ std::string local_robot(const std::string& robot) {
 void run_request(const ClientOptions& options, const Request& request) {
   if (const std::string note = client::ratio_note(request); !note.empty())
     client::notice(stderr, fmt::format("corbot: {}\n", note));
-  if (request.verb == Verb::kStop && request.all) return stop_all(options.robot, options.timeout_s);
+  if (request.verb == Verb::kStop && (request.all || names_none_of_several(options.robot)))
+    return stop_all(options.robot, options.timeout_s);
   if (request.verb == Verb::kStop) return stop(options);
   if (request.verb == Verb::kHold) return hold(options, request);
   if (request.verb == Verb::kAcquire) return acquire(options, request);

@@ -200,21 +200,24 @@ TEST_F(Robustness, StopAllStopsEveryRobotAndSaysWhichDidNot) {
   words[5] = "127.0.0.1:" + std::to_string(other_port);
   const auto second = begin(words);
   ASSERT_TRUE(second->wait_line(other + " is up", within(30))) << second->errors();
-  std::vector<std::unique_ptr<Process>> motions;
-  for (const std::string& robot : {name_, other})
-    motions.push_back(begin({"joints", "80", "20", "30", "40", "--time", "60", "--robot", robot}));
-  for (const std::string& robot : {name_, other}) {
-    ASSERT_TRUE(wait_until(within(20), [&] {
-      return corbot({"status", "--robot", robot}).output.find("Waiting") != std::string::npos;
-    }));
-  }
-  const RunResult all = corbot({"stop", "--all"});
-  EXPECT_EQ(all.code, 0) << all.errors;
-  EXPECT_EQ(all.output, name_ + ": stopped\n" + other + ": stopped\n");
-  for (const auto& motion : motions) {
-    const auto end = motion->wait(within(20));
-    ASSERT_TRUE(end);
-    EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
+  const std::vector<std::vector<std::string>> requests{{"stop", "--all"}, {"stop"}};
+  for (const std::vector<std::string>& request : requests) {
+    std::vector<std::unique_ptr<Process>> motions;
+    for (const std::string& robot : {name_, other})
+      motions.push_back(begin({"joints", "80", "20", "30", "40", "--time", "60", "--robot", robot}));
+    for (const std::string& robot : {name_, other}) {
+      ASSERT_TRUE(wait_until(within(20), [&] {
+        return corbot({"status", "--robot", robot}).output.find("Waiting") != std::string::npos;
+      }));
+    }
+    const RunResult all = corbot(request);
+    EXPECT_EQ(all.code, 0) << all.errors;
+    EXPECT_EQ(all.output, name_ + ": stopped\n" + other + ": stopped\n");
+    for (const auto& motion : motions) {
+      const auto end = motion->wait(within(20));
+      ASSERT_TRUE(end);
+      EXPECT_EQ(WEXITSTATUS(*end), 4) << motion->errors();
+    }
   }
   EXPECT_EQ(corbot({"stop", "--all", "--robot", name_}).code, 2);
   EXPECT_EQ(second->terminate(), 0);

@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from concurrent.futures import wait as wait_for
 from functools import cached_property, partial
 from types import TracebackType
-from typing import Any, Literal, SupportsIndex, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, TypeVar
 
 import numpy as np
 
@@ -82,6 +82,16 @@ class Arm:
         self._reference, self._timeout = reference, timeout
         self.address = address
         """The CORBA address at which the arm was found."""
+
+    if not TYPE_CHECKING:  # type checkers find such assignments by themselves
+
+        def __setattr__(self, name: str, value: object) -> None:
+            """Refuse `arm.override = 20`, which would set nothing and replace the method."""
+            if not name.startswith("_") and name != "address":
+                is_method = callable(getattr(type(self), name, None))
+                fix = f"call arm.{name}(...)" if is_method else f"it has no '{name}' that can be set"
+                raise AttributeError(f"an arm takes no value by assignment: {fix}", name=name, obj=self)
+            super().__setattr__(name, value)
 
     def __enter__(self) -> Arm:
         return self
@@ -211,7 +221,7 @@ class Arm:
             raise ValueError(f"No plan is made of '{motion}', but of {', '.join(_PLANNED)}.")
         planner = _Planner(self.address, self._reference, self._timeout)
         getattr(planner, motion)(*arguments, **options)
-        return plan_of(planner.found)
+        return plan_of(planner._found)
 
     # Reading
 
@@ -524,10 +534,10 @@ class Arm:
 class _Planner(Arm):
     """An arm whose motions are planned but not started."""
 
-    found: Any = None
+    _found: Any = None
 
     def _begin(self, operation: str, *arguments: Any, wait: bool) -> Motion:
-        self.found = self.call(f"Plan{operation}", *arguments)
+        self._found = self.call(f"Plan{operation}", *arguments)
         return Motion(self, 0)
 
 

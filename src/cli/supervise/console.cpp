@@ -33,6 +33,10 @@ int Console::fd() const {
 
 std::string Console::hint() const { return open_ ? "Enter stops the arm; " : ""; }
 
+std::string Console::end_hint() const {
+  return open_ ? "; a second Ctrl-C would kill its programs, and a moving arm would not slow down" : "";
+}
+
 void Console::step() {
   for (auto stop = stops_.begin(); stop != stops_.end();) {
     if (!stop->has_ended()) {

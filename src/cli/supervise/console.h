@@ -23,6 +23,8 @@ class Console {
 
   /// Returns a hint for a person, or "" if the console does nothing.
   [[nodiscard]] std::string hint() const;
+  /// Returns a hint for the time while the robot is being ended, or "".
+  [[nodiscard]] std::string end_hint() const;
 
  private:
   void handle(const std::string& line);

@@ -234,7 +234,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
     }
   }
   manager.ending();
-  report(fmt::format("ending {}", state.name));
+  report(fmt::format("ending {}{}", state.name, console.end_hint()));
   supervisor.stop_all();
 }
 

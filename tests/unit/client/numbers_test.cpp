@@ -37,6 +37,9 @@ TEST(Number, SaysWhy) {
   EXPECT_THAT(number_fault("0,2"), HasSubstr("decimal point"));
   EXPECT_THAT(number_fault("nan"), HasSubstr("not a finite number"));
   EXPECT_THAT(number_fault("1e309"), HasSubstr("too large or too small"));
+  for (const char* word : {"200mm", "0.2m", "50%"})
+    EXPECT_THAT(number_fault(word), HasSubstr("write it without '")) << word;
+  EXPECT_THAT(number_fault("1.2.3"), testing::EndsWith("is not a number"));
   EXPECT_THAT(number_fault("x"), HasSubstr("'x' is not a number"));
 }
 
