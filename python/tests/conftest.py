@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One simulated robot for each file of tests, and its arm at zero for each test."""
+"""One simulated robot for each file of tests and each worker, and its arm at zero for each test."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ import pytest
 import corbot
 from corbot import _orb
 
-SHARED = {"robot", "puma"}  # the fixtures of the scope module
-
 
 @dataclass(frozen=True)
 class Robot:
@@ -25,13 +23,6 @@ def simulation() -> Iterator[Robot]:
     robot = corbot.simulated("lynx5")
     with robot as arm:
         yield Robot(robot, arm)
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a file's robot on one worker (`--dist loadgroup`); any worker runs the others."""
-    for item in items:
-        if SHARED & set(getattr(item, "fixturenames", ())):
-            item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 
 robot = pytest.fixture(scope="module", name="robot")(simulation)

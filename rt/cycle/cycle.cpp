@@ -46,7 +46,6 @@ Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend,
   snapshot_.command_id = 0;
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
-  if (set_point_.position_q != last_.position_q) moved_in_ = snapshot_.cycle;
   map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);
 }
 
@@ -235,8 +234,7 @@ void Cycle::accept_or_ramp(const SetPoint& next) noexcept {
   set_point_ = next;
   joint_ramp_.see(set_point_.position_q);
   if (!governor_.finished() || settling_.is_active() || fault_stop_.is_slowing_down()) return;
-  if (is_taken_back()) return end_motion(Verdict::kStopped);
-  settling_.begin(snapshot_.cycle);
+  if (!is_taken_back()) settling_.begin(snapshot_.cycle);
 }
 
 /// Takes a step of the joints' ramps; the gripper stays at its opening.
@@ -333,7 +331,7 @@ void Cycle::check_following() noexcept {
 /// joints are there. Measured fingers have gone as far as they can: closing on something is no fault, nor is
 /// a longer closing time.
 void Cycle::end_settled() noexcept {
-  if (!settling_.is_active() || fault_stop_.is_latched()) return;
+  if (!settling_.is_active() || fault_stop_.is_latched() || is_taken_back()) return;
   const bool moves_joints = running_.kind != MotionKind::kGripper && running_.kind != MotionKind::kDwell;
   const bool is_taken = running_.kind == MotionKind::kDwell || settling_.is_taken(device_.times());
   const auto off_goal = moves_joints ? following_.off_goal(set_point_.position_q, feedback_) : std::nullopt;

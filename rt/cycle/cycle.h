@@ -159,6 +159,7 @@ class Cycle {
   void end_stop() noexcept;
   void refuse_queue(Verdict verdict, bool older_only) noexcept;
   void refuse_cancelled() noexcept;
+  [[nodiscard]] bool is_path_at_rest() const noexcept;
   void end_slowed_down() noexcept;
   [[nodiscard]] bool awaits_device() noexcept;
   [[nodiscard]] bool has_slowed_down() const noexcept;

@@ -21,8 +21,8 @@ void Cycle::handle_command() noexcept {
     return;
   }
   if (is_stopping()) {
+    if (!is_path_at_rest() || (!shutdown_ && awaits_device())) return;
     end_slowed_down();
-    if (is_running_ || awaits_device()) return;
     if (hold_.is_active()) refuse_queue(Verdict::kStopped, false);
     if (is_stop_requested()) refuse_queue(Verdict::kStopped, true);
     if (shutdown_) refuse_queue(Verdict::kEnded, false);
@@ -32,6 +32,7 @@ void Cycle::handle_command() noexcept {
     end_stop();
     return;
   }
+  stop_waited_ns_ = 0;
   if (is_slowing_down()) end_slowed_down();
   if (is_running_) return;
   refuse_cancelled();
@@ -39,8 +40,13 @@ void Cycle::handle_command() noexcept {
   if (fetch_command()) begin_command();
 }
 
+/// Tells whether set-points rest: no motion runs, or it was slowed down to rest, or it is at its end.
+bool Cycle::is_path_at_rest() const noexcept {
+  return !is_running_ || governor_.holding() || governor_.finished() || settling_.is_active();
+}
+
 void Cycle::end_slowed_down() noexcept {
-  if (!is_running_ || !(governor_.holding() || settling_.is_active())) return;
+  if (!is_running_ || !is_path_at_rest()) return;
   if (is_taken_back()) return end_motion(Verdict::kStopped);
   end_motion(shutdown_ ? Verdict::kEnded : Verdict::kOrphaned);
 }
@@ -66,15 +72,15 @@ bool Cycle::has_device_seen_rest() const noexcept {
   return device_.times().cycle >= moved_in_ || fault_ran_ns_ >= ramp_ns_;
 }
 
-/// Tells whether a stop at rest must wait for its confirmation, because the device has not taken the resting
-/// set-point: after missed frames that one would still move the arm. A device that does not take it in the
-/// time of a ramp is a fault.
+/// Tells whether a stop at rest must wait with its verdicts and its confirmation. The device has not taken
+/// the resting set-point then, which would still move the arm after missed frames. A device that does not
+/// take it in time is a fault. At an orderly end nothing waits: the device gets no later frame.
 bool Cycle::awaits_device() noexcept {
   const bool is_behind = is_device_open() && device_.times().cycle < moved_in_;
   stop_waited_ns_ = is_behind ? stop_waited_ns_ + gap_.seen_ns() : 0;
-  if (stop_waited_ns_ <= ramp_ns_) return is_behind;
-  stop_waited_ns_ = 0;
+  if (stop_waited_ns_ <= std::max(ramp_ns_, settle_ns_)) return is_behind;
   fault(alarm::goal_not_reached({.joint = -1, .error_q = 0.0, .allowed_q = 0.0}), FaultStop::Way::kOnPath);
+  fault_ran_ns_ = ramp_ns_;  // joints and device have had this time
   return true;
 }
 
@@ -94,6 +100,7 @@ void Cycle::end_motion(Verdict verdict) noexcept {
 
 /// Called at rest. A hold becomes an Error from now on.
 void Cycle::end_stop() noexcept {
+  stop_waited_ns_ = 0;
   if (hold_.latch()) fault(alarm::held(), FaultStop::Way::kHeld);
   if (snapshot_.stops_done == stops_.newest()) return;
   snapshot_.stops_done = stops_.newest();

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -47,10 +46,11 @@ std::string number_fault(std::string_view word) {
   if (error == std::errc{} && end == word.data() + word.size()) {
     return fmt::format("'{}' is not a finite number", word);
   }
-  const char* const unit = end != nullptr && error == std::errc{} ? end : word.data();
-  if (unit != word.data() && (std::isalpha(static_cast<unsigned char>(*unit)) != 0 || *unit == '%'))
-    return fmt::format("'{}' is not a number: write it without '{}'", word,
-                       std::string_view(unit, static_cast<std::size_t>(word.data() + word.size() - unit)));
+  const std::string_view rest =
+      error == std::errc{} ? word.substr(static_cast<std::size_t>(end - word.data())) : "";
+  for (const std::string_view unit : {"m", "cm", "mm", "deg", "rad", "s", "ms", "%"}) {
+    if (rest == unit) return fmt::format("'{}' is not a number: write it without '{}'", word, unit);
+  }
   return fmt::format("'{}' is not a number", word);
 }
 

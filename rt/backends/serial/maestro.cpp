@@ -236,6 +236,9 @@ std::optional<bool> Maestro::has_arrived() {
   SerialDialog::Pulses now_us{};
   try {
     now_us = query(last_);
+    for (std::size_t i = 0; i < last_.servo_count; ++i)
+      check_restart(last_.channel[i],
+                    static_cast<unsigned>(std::lround(now_us[i] * kQuartersPerMicrosecond)));
   } catch (const DeviceError& error) {
     // A board that has fallen silent is detected as soon as it is served.
     if (!is_noise(error.cause())) throw;
@@ -244,7 +247,6 @@ std::optional<bool> Maestro::has_arrived() {
   const bool is_unchanged = std::exchange(polled_us_, now_us) == now_us;
   looks_unchanged_ = is_unchanged ? looks_unchanged_ + 1 : 0;
   for (std::size_t i = 0; i < last_.servo_count; ++i) {
-    check_restart(last_.channel[i], static_cast<unsigned>(std::lround(now_us[i] * kQuartersPerMicrosecond)));
     if (std::abs(now_us[i] - last_.pulse_us[i]) <= kUnit_us) continue;
     if (looks_unchanged_ < kStuckAfter_looks) return false;
     if (looks_unchanged_ == kStuckAfter_looks && log_.empty()) {

@@ -74,7 +74,7 @@ TEST_F(FaultStops, ADeviceThatMissesTheLastFramesOfAStopIsAwaitedByThePressAfter
   rig.stop();
   rig.step(20);
   device.takes = false;
-  until_rest();
+  until_set_points_rest();
   press(true);
   rig.step();
   EXPECT_TRUE(is_slowing_down());

@@ -236,10 +236,12 @@ TEST_F(Following, AStopIsConfirmedWhenTheDeviceHasItsLastSetPoint) {
       rig.stop();
       rig.step(900);
       EXPECT_FALSE(is_confirmed()) << "later frames would move the arm";
+      EXPECT_FALSE(rig.completion()) << "its caller finds the arm at rest, too";
       EXPECT_EQ(rig.snapshot.state, RtState::kStopping);
       device.takes = true;
       rig.step(2);
       EXPECT_TRUE(is_confirmed());
+      EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
       EXPECT_EQ(rig.snapshot.state, holds ? RtState::kError : RtState::kStandby);
     }
   }
@@ -257,6 +259,41 @@ TEST_F(Following, AStopWhoseLastSetPointIsNeverTakenEndsAsAnError) {
   const auto alarm = rig.alarm();
   ASSERT_TRUE(alarm);
   EXPECT_EQ(alarm->code, AlarmCode::kGoalNotReached);
+}
+
+TEST_F(Following, AStopThatAFaultInterruptsCostsTheNextStopNoTime) {
+  be_without_encoders();
+  for (int i = 0; i < 3; ++i) {
+    go(i % 2 == 0 ? kThere : Joints{});
+    rig.step(100);
+    device.takes = false;
+    rig.stop();
+    rig.step(900);
+    press(true);
+    rig.step();
+    device.takes = true;
+    press(false);
+    rig.step(kLongestStop);
+    clear();
+    ASSERT_EQ(rig.snapshot.state, RtState::kStandby) << i;
+    while (const auto alarm = rig.alarm()) EXPECT_NE(alarm->code, AlarmCode::kGoalNotReached) << i;
+  }
+}
+
+TEST_F(Following, AnOrderlyEndWaitsForNoDevice) {
+  be_without_encoders();
+  go();
+  rig.submit(rig.planner.dwell({kThere, 0.0}, 1.0));
+  rig.step(100);
+  device.takes = false;
+  rig.stop();
+  rig.cycle->begin_shutdown();
+  int steps = 0;
+  while (!rig.step().at_rest && steps < kLongestStop) ++steps;
+  EXPECT_LT(steps, 500);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
+  EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped) << "the queue has its verdicts in the same cycle";
+  EXPECT_EQ(rig.snapshot.stops_done, rig.servant->control.stop_count);
 }
 
 TEST_F(Following, ADwellWaitsForNoDevice) {
