@@ -66,15 +66,26 @@ double speed(const std::vector<Snapshot>& path) {
   return worst;
 }
 
-/// The largest acceleration of the TCP on the path, in m/s2.
+/// The median time between two set-points, in s.
+double period_s(const std::vector<Snapshot>& path) {
+  std::vector<std::int64_t> periods_ns;
+  for (std::size_t i = 1; i < path.size(); ++i) periods_ns.push_back(path[i].time_ns - path[i - 1].time_ns);
+  if (periods_ns.empty()) return 1.0;
+  const auto middle = periods_ns.begin() + static_cast<std::ptrdiff_t>(periods_ns.size() / 2);
+  std::nth_element(periods_ns.begin(), middle, periods_ns.end());
+  return static_cast<double>(*middle) * 1e-9;
+}
+
+/// The largest acceleration of the TCP on the path, in m/s2. A set-point is one period ahead of the previous
+/// one, however late its cycle began.
 double acceleration(const std::vector<Snapshot>& path) {
   constexpr std::size_t kStride = 3;  // cycles of 4 or 5 ms
+  const double dt_s = static_cast<double>(kStride) * period_s(path);
   double worst = 0.0;
   for (std::size_t i = 2 * kStride; i < path.size(); ++i) {
     const Snapshot& a = path[i - 2 * kStride];
     const Snapshot& b = path[i - kStride];
     const Snapshot& c = path[i];
-    const double dt_s = static_cast<double>(c.time_ns - b.time_ns) * 1e-9;
     Point second{};
     for (std::size_t k = 0; k < 3; ++k)
       second[k] = a.tool.position_m[k] - 2.0 * b.tool.position_m[k] + c.tool.position_m[k];
