@@ -26,8 +26,8 @@ class EmulatedDrives : public EmulatedDevice {
       : EmulatedDevice(words(program, directory, nodes, more), directory + "/counts.csv"),
         bus_(bus(directory)) {}
 
-  /// Starts them. They compute beside other programs as real drives do, which have processors of their own:
-  /// where the real-time task has its priority, so have they, though a lower one.
+  /// Starts the drives. Real drives have processors of their own. So the emulator computes before ordinary
+  /// programs, at the lowest real-time priority, if this user may set it, as the real-time task does.
   void start() {
     EmulatedDevice::start();
     if (testing::Test::HasFatalFailure()) return;
