@@ -137,6 +137,7 @@ void Cycle::read_clear() noexcept {
   if (fault_stop_.power_off()) position_.energy_returns(feedback_.measured);
   task_.stop_seen.store(0, std::memory_order_release);
   fault_stop_.release();
+  if (was_in_error) stands_ = false;
   alarms_.clear(clears);
   hold_.clear();
 }
@@ -249,7 +250,7 @@ void Cycle::step_by_joint() noexcept {
 bool Cycle::is_led_by_device() const noexcept {
   const bool is_standing_by = device_.health() == BackendHealth::kStandby;
   const bool leads = fault_stop_.is_latched() ? is_standing_by || fault_stop_.power_off()
-                                              : stands_ || (is_standing_by && feedback_.measured);
+                                              : is_standing_by && (stands_ || feedback_.measured);
   return leads && (feedback_.measured || (is_standing_by && feedback_.commanded));
 }
 
@@ -280,7 +281,7 @@ void Cycle::follow_device() noexcept {
   const double opening = follows ? feedback_.opening : -1.0;  // if it is no number, nothing follows either
   if (opening >= 0.0 && (is_standing_by || std::abs(opening - set_point_.opening) > kBehind))
     set_point_.opening = std::min(opening, 1.0);
-  stands_ = false;
+  if (follows) stands_ = false;
   joint_ramp_.rest_at(set_point_.position_q);
 }
 

@@ -231,7 +231,7 @@ class Cycle {
   bool error_inherited_{false};  ///< of the previous task, not yet reported
   bool gap_inherited_{false};    ///< of the previous task, not yet reported
   bool published_{false};
-  /// A stop has come while the device was starting: the arm stays at the device's reported position.
+  /// A stop has come while the device was starting: the arm stays where the device reports its servos.
   bool stands_{false};
   /// A joint that would be moved, without energy or while it is being given.
   std::optional<alarm::OutOfRange> beyond_range_{};

@@ -223,20 +223,33 @@ Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const Bus
   return Outcome::kThere;
 }
 
+/// After a Stop on the way the cycle holds the arm at a reported reading. One wrong reading must not count.
+std::optional<bool> Approach::look() {
+  BusReading reading;
+  const std::optional<bool> has_arrived = device_.has_arrived(reading);
+  const auto now = Clock::now();
+  const double moved_us =
+      kApproach_us_per_s * std::chrono::duration<double>(now - std::exchange(seen_at_, now)).count();
+  if (may_be_pulses_of(arm_, std::exchange(seen_, reading), reading, moved_us))
+    report_(refined(reading, sender_.last()));
+  return has_arrived;
+}
+
 Approach::Outcome Approach::await_interpolation(ServoFrame newest) {
   std::int64_t left_ns = 0;  // of a motion that was requested
   bool is_under_way = false;
+  seen_ = {};
   for (;;) {
     newest = newest_.read();
     if (is_stopped_(newest)) {
       halt_left_over();
       return Outcome::kStopped;
     }
-    if (!is_under_way || (left_ns <= 0 && !is_same_place(newest, sender_.last()))) {
+    if (!is_under_way || !is_same_place(newest, sender_.last())) {
       may_be_moving_ = is_under_way = true;
       sender_.send_on_the_way(newest, true);
       left_ns = device_.approach_ns();
-    } else if (device_.has_arrived().value_or(left_ns <= 0)) {
+    } else if (look().value_or(left_ns <= 0)) {
       if (left_ns <= 0) {
         may_be_moving_ = false;
         return Outcome::kThere;

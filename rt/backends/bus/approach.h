@@ -68,6 +68,8 @@ class Approach {
   [[nodiscard]] Outcome ramp_to_newest(ServoFrame at, const std::optional<BusReading>& held);
   /// Waits until the device has interpolated to the newest frame, even if the frame changed meanwhile.
   [[nodiscard]] Outcome await_interpolation(ServoFrame newest);
+  /// Asks an interpolating device whether it has arrived, and reports its pulses on the way.
+  [[nodiscard]] std::optional<bool> look();
 
   const ArmModel& arm_;
   BusDevice& device_;
@@ -77,6 +79,8 @@ class Approach {
   const IsStopped is_stopped_;
   const Report report_;
   const Pause pause_until_;
+  BusReading seen_{};  ///< by the last look()
+  Clock::time_point seen_at_{};
   bool may_be_moving_{false};  ///< the device moves by itself; also after a failed run()
 };
 

@@ -70,10 +70,13 @@ class BusDevice {
   /// Returns the duration of a slow approach; 0: the device does not interpolate, and ramps there in small
   /// steps.
   [[nodiscard]] virtual std::int64_t approach_ns() const noexcept { return 0; }
-  /// Tells whether the servos' pulses are those of the last approach. It is called during an approach, so
-  /// that the limits are not lifted before its end. Empty: the device does not report it, and its time
-  /// decides.
-  [[nodiscard]] virtual std::optional<bool> has_arrived() { return std::nullopt; }
+  /// Tells whether the servos' pulses are those of the last approach, and writes these pulses into
+  /// `on_the_way`. It is called during an approach, so that the limits are not lifted before its end. Empty:
+  /// the device does not report it, and its time decides.
+  [[nodiscard]] virtual std::optional<bool> has_arrived(BusReading& on_the_way) {
+    (void)on_the_way;
+    return std::nullopt;
+  }
   /// Ends the approach in progress at the servos' present positions. For a device that interpolates.
   virtual void halt() {}
   /// Reads the servos' positions; kNothing if the device has none. It also shows that the device is alive,

@@ -67,11 +67,11 @@ ServoFeedback feedback_of(const ArmModel& arm, const BusReading& reading, std::i
   return feedback;
 }
 
-bool may_be_pulses_of(const ArmModel& arm, const BusReading& before, const BusReading& now) {
+bool may_be_pulses_of(const ArmModel& arm, const BusReading& before, const BusReading& now, double moved_us) {
   constexpr double kResolution_us = 10.0;  // the coarsest controller's
   if (!are_pulses(before, arm.dof) || !are_pulses(now, arm.dof)) return false;
-  for (std::size_t i = 0; i < arm.dof; ++i) {
-    if (std::abs(now.value[i] - before.value[i]) > kResolution_us) return false;
+  for (std::size_t i = 0; i < std::min<std::size_t>(arm.dof + 1, kMaxServos); ++i) {
+    if (std::abs(now.value[i] - before.value[i]) > kResolution_us + moved_us) return false;
   }
   return true;
 }

@@ -25,8 +25,9 @@ namespace corbot::rt {
 /// shafts, and nothing at all about servos without pulses.
 [[nodiscard]] ServoFeedback feedback_of(const ArmModel& arm, const BusReading& reading, std::int64_t time_ns);
 
-/// Tells whether `now` may be the pulses of resting servos: it must be like the reading just `before` it, and
-/// within the profile's pulses. The arm is held at these, so one wrong reading must not count.
-[[nodiscard]] bool may_be_pulses_of(const ArmModel& arm, const BusReading& before, const BusReading& now);
+/// Tells whether `now` may be the pulses of servos that have moved by at most `moved_us` since the reading
+/// just `before` it. The arm is held at these, so one wrong reading must not count.
+[[nodiscard]] bool may_be_pulses_of(const ArmModel& arm, const BusReading& before, const BusReading& now,
+                                    double moved_us = 0.0);
 
 }  // namespace corbot::rt

@@ -232,7 +232,7 @@ void Maestro::clear_timeout() {
     log_ = settings_.port + ": the Maestro's own time-out passed before the first command";
 }
 
-std::optional<bool> Maestro::has_arrived() {
+std::optional<bool> Maestro::has_arrived(BusReading& on_the_way) {
   SerialDialog::Pulses now_us{};
   try {
     now_us = query(last_);
@@ -244,6 +244,7 @@ std::optional<bool> Maestro::has_arrived() {
     if (!is_noise(error.cause())) throw;
     return std::nullopt;
   }
+  on_the_way = {BusReading::Unit::kPulses, now_us, {}, kUnit_us};
   const bool is_unchanged = std::exchange(polled_us_, now_us) == now_us;
   looks_unchanged_ = is_unchanged ? looks_unchanged_ + 1 : 0;
   for (std::size_t i = 0; i < last_.servo_count; ++i) {

@@ -42,7 +42,7 @@ class Maestro final : public BusDevice {
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return period_ns_; }
   bool send(const ServoFrame& frame, bool approach) override;
   [[nodiscard]] std::int64_t approach_ns() const noexcept override { return approach_ns_; }
-  [[nodiscard]] std::optional<bool> has_arrived() override;
+  [[nodiscard]] std::optional<bool> has_arrived(BusReading& on_the_way) override;
   void halt() override;
   BusReading measure(const ServoFrame& frame) override;
   [[nodiscard]] bool has_answered() noexcept override { return dialog_.take_replied(); }

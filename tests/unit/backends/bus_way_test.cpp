@@ -4,6 +4,7 @@
 #include <cstring>
 #include <future>
 
+#include "rt/backends/bus/approach.h"
 #include "rt/backends/bus/bus_reading.h"
 #include "unit/backends/fake_bus.h"
 
@@ -163,6 +164,44 @@ TEST_F(BusWayTest, PulsesOnTheWayAreReportedToo) {
     return there.commanded && std::abs(there.position_q[0] - before.position_q[0]) > 0.01;
   }));
   EXPECT_EQ(backend->health(), BackendHealth::kStandby);
+}
+
+TEST_F(BusWayTest, AnApproachDoesNotReportOneWrongReading) {
+  FakeDevice device(bus_);
+  bus_.approach_ns = 600'000'000'000;
+  bus_.is_approaching = true;
+  bus_.is_at_us = 1200.0;
+  bus_.garbles_every = 3;
+  bus_.garbled_us = 2100.0;
+  FrameSender sender(device);
+  SnapshotCell<ServoFrame> cell;
+  cell.store(frame(1, 2000.0));
+  NewestFrame newest(cell);
+  int looks = 0;
+  std::vector<double> reported_us;
+  Approach approach(
+      arm_, device, sender, newest, std::chrono::milliseconds(0), [](const ServoFrame&) { return false; },
+      [&](const BusReading& reading) { reported_us.push_back(reading.value[0]); },
+      [&](auto) { return ++looks < 31; });
+  EXPECT_EQ(approach.run(), Approach::Outcome::kEnd);
+  EXPECT_THAT(reported_us, testing::AllOf(testing::Not(testing::IsEmpty()), testing::Each(1200.0)));
+}
+
+/// A device that interpolates is sent to another place at once, as after a Stop on its way.
+TEST_F(BusWayTest, AnApproachReportsItsPulsesAndGoesElsewhereAtOnce) {
+  const auto backend = make();
+  backend->open(stopped(1));
+  bus_.approach_ns = 600'000'000'000;
+  bus_.is_approaching = true;
+  bus_.is_at_us = 1200.0;
+  backend->write(frame(2, 2000.0));
+  ServoFeedback there;
+  ASSERT_TRUE(wait_until([&] { return (there = backend->read()).commanded && approaches() == 1; }));
+  EXPECT_NEAR(there.position_q[0], 0.5, 1e-9);
+  backend->write(frame(3, 1200.0));
+  ASSERT_TRUE(wait_until([&] { return approaches() == 2; })) << "not first to where it was sent";
+  const std::lock_guard lock(bus_.mutex);
+  EXPECT_EQ(bus_.pulses_us.back(), 1200.0);
 }
 
 TEST_F(BusWayTest, WhatIsStoppedOnItsWayLosesItsEnergy) {

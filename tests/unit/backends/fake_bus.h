@@ -42,6 +42,7 @@ struct FakeBus {
   std::atomic<bool> has_stop_input{false};
   std::atomic<bool> is_unheard{false};      ///< the emergency stop
   std::atomic<bool> is_approaching{false};  ///< it says that its approach has not ended
+  std::atomic<double> is_at_us{0.0};        ///< that it reports on an approach; 0: nothing
   std::atomic<int> opened{0}, closed{0};
   std::atomic<bool> blocks_open{false};
   std::atomic<bool> blocks_close{false};  ///< as drives do that take their time for a quick stop
@@ -87,7 +88,10 @@ class FakeDevice final : public BusDevice {
   }
   [[nodiscard]] std::int64_t period_ns() const noexcept override { return bus_.period_ns; }
   [[nodiscard]] std::int64_t approach_ns() const noexcept override { return bus_.approach_ns; }
-  [[nodiscard]] std::optional<bool> has_arrived() override {
+  [[nodiscard]] std::optional<bool> has_arrived(BusReading& on_the_way) override {
+    const bool is_garbled = bus_.garbles_every > 0 && ++bus_.readings % bus_.garbles_every == 0;
+    if (bus_.is_at_us > 0.0)
+      on_the_way = {BusReading::Unit::kPulses, {is_garbled ? bus_.garbled_us : bus_.is_at_us}, {}};
     return bus_.is_approaching ? std::optional(false) : std::nullopt;
   }
   void halt() override {

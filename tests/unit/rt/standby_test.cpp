@@ -266,6 +266,50 @@ TEST_F(StandsBy, AStopEndsTheWayThere) {
   EXPECT_EQ(device.frame.position_q[0], 0.2) << "here it stays";
 }
 
+/// The reply to a Stop between two reports of the device is the next of them.
+TEST_F(StandsBy, AStopBeforeTheFirstReportEndsTheWayAtIt) {
+  lose_energy();
+  device.feedback = {};
+  clear();
+  rig.stop();
+  rig.step(2);
+  EXPECT_EQ(device.frame.position_q[0], 0.0);
+  device.feedback = {.commanded = true, .position_q = {0.2, 0.0, 0.0, 0.0}};
+  rig.step(2);
+  EXPECT_EQ(device.frame.position_q[0], 0.2);
+  device.feedback.position_q[0] = 0.1;
+  rig.step(2);
+  EXPECT_EQ(device.frame.position_q[0], 0.2) << "the servos go back to it, and it does not follow them";
+}
+
+TEST_F(StandsBy, ASecondClearDoesNotTakeBackAStop) {
+  lose_energy();
+  device.feedback = {};
+  clear();
+  rig.stop();
+  rig.step();
+  clear();
+  device.feedback = {.commanded = true, .position_q = {0.2, 0.0, 0.0, 0.0}};
+  rig.step(2);
+  EXPECT_EQ(device.frame.position_q[0], 0.2);
+}
+
+TEST_F(StandsBy, AClearForgetsAStopOfAnEarlierOne) {
+  lose_energy();
+  device.feedback = {};
+  clear();
+  rig.stop();
+  rig.step();
+  press(true);
+  rig.step();
+  press(false);
+  rig.step();
+  clear();
+  device.feedback = {.commanded = true, .position_q = {0.2, 0.0, 0.0, 0.0}};
+  rig.step(2);
+  EXPECT_EQ(device.frame.position_q[0], 0.0);
+}
+
 TEST_F(StandsBy, APressOnTheWayThereTakesTheEnergyOffAgain) {
   lose_energy();
   clear();
