@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 #include "planner/workspace.h"
@@ -11,8 +12,9 @@ namespace corbot {
 namespace {
 
 constexpr std::size_t kInnerSamples =
-    100000;                      // mark the inside, so that only boxes at the outline are halved
-constexpr double kMargin = 0.1;  // of the samples' extent, for positions beyond them
+    100000;                           // mark the inside, so that only boxes at the outline are halved
+constexpr double kRounding_m = 1e-9;  // ends of the ranges lie at the borders of cells
+constexpr double kMargin = 0.1;       // of the samples' extent, for positions beyond them
 
 /// Joint values from centre - half to centre + half.
 struct JointBox {
@@ -56,29 +58,45 @@ Enclosure enclosure_of(const JointChain& chain, const DrawnPlane& plane, const J
       share_m[k] += both_m;
     }
   }
+  e.rest_m = kRounding_m;
   for (const double share : share_m) e.rest_m += share;
   e.curved_joint =
       static_cast<std::size_t>(std::max_element(share_m.begin(), share_m.end()) - share_m.begin());
   return e;
 }
 
-/// Returns the corners of centre + the sum of t·side, in order: a polygon with two edges for each side.
-std::vector<PlanePoint> corners_of(const Enclosure& e) {
-  std::vector<PlanePoint> sides;
+/// A polygon's corners in order, without memory of its own: there are millions of them.
+class Corners {
+ public:
+  void add(const PlanePoint& corner) { at_[count_++] = corner; }
+  [[nodiscard]] const PlanePoint* begin() const { return at_.data(); }
+  [[nodiscard]] const PlanePoint* end() const { return at_.data() + count_; }
+
+ private:
+  std::array<PlanePoint, 2 * kMaxJoints + 1> at_{};
+  std::size_t count_{0};
+};
+
+/// Returns the corners of centre + the sum of t·side: a polygon with two edges for each side.
+Corners corners_of(const Enclosure& e) {
+  std::array<PlanePoint, kMaxJoints> sides;
+  std::size_t count = 0;
   PlanePoint at = e.centre;
   for (PlanePoint side : e.sides) {
     if (side[0] == 0.0 && side[1] == 0.0) continue;
     if (side[1] < 0.0 || (side[1] == 0.0 && side[0] < 0.0)) side = {-side[0], -side[1]};
     at = {at[0] - side[0], at[1] - side[1]};
-    sides.push_back(side);
+    std::size_t place = count++;  // by their angles
+    for (; place > 0 && sides[place - 1][0] * side[1] - sides[place - 1][1] * side[0] < 0.0; --place)
+      sides[place] = sides[place - 1];
+    sides[place] = side;
   }
-  std::sort(sides.begin(), sides.end(),
-            [](const PlanePoint& a, const PlanePoint& b) { return a[0] * b[1] - a[1] * b[0] > 0.0; });
-  std::vector<PlanePoint> corners{at};
+  Corners corners;
+  corners.add(at);
   for (const double sign : {2.0, -2.0}) {
-    for (const PlanePoint& side : sides) {
-      at = {at[0] + sign * side[0], at[1] + sign * side[1]};
-      corners.push_back(at);
+    for (std::size_t i = 0; i < count; ++i) {
+      at = {at[0] + sign * sides[i][0], at[1] + sign * sides[i][1]};
+      corners.add(at);
     }
   }
   return corners;
@@ -89,8 +107,9 @@ class Marking {
   explicit Marking(ReachRegion& region) : region_(region) {}
 
   [[nodiscard]] bool holds(const Enclosure& e) const {
-    return every_row(
-        e, [](char* from, char* to) { return std::all_of(from, to, [](char c) { return c != 0; }); });
+    return every_row(e, [](char* from, char* to) {
+      return std::memchr(from, 0, static_cast<std::size_t>(to - from)) == nullptr;
+    });
   }
   void mark(const Enclosure& e) {
     (void)every_row(e, [](char* from, char* to) {
@@ -110,8 +129,8 @@ class Marking {
   /// Returns false as soon as `visit` does.
   template <typename Visit>
   bool every_row(const Enclosure& e, Visit visit) const {
-    const std::vector<PlanePoint> corners = corners_of(e);
-    PlanePoint ends{corners[0][1], corners[0][1]};
+    const Corners corners = corners_of(e);
+    PlanePoint ends{(*corners.begin())[1], (*corners.begin())[1]};
     for (const PlanePoint& corner : corners)
       ends = {std::min(ends[0], corner[1]), std::max(ends[1], corner[1])};
     const std::size_t last = index(ends[1] + e.rest_m, 1);
@@ -126,18 +145,17 @@ class Marking {
     return true;
   }
   /// Returns the least and the greatest x of a convex polygon between two heights that it reaches.
-  [[nodiscard]] static PlanePoint span_between(const std::vector<PlanePoint>& corners, double from,
-                                               double to) {
+  [[nodiscard]] static PlanePoint span_between(const Corners& corners, double from, double to) {
     PlanePoint span{1e9, -1e9};
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const PlanePoint& a = corners[i];
-      const PlanePoint& b = corners[(i + 1) % corners.size()];
+    PlanePoint a = *(corners.end() - 1);
+    for (const PlanePoint& b : corners) {
       const auto take = [&span](double x) { span = {std::min(span[0], x), std::max(span[1], x)}; };
       if (a[1] >= from && a[1] <= to) take(a[0]);
       for (const double level : {from, to}) {
         if ((a[1] - level) * (b[1] - level) < 0.0)
           take(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
       }
+      a = b;
     }
     return span;
   }
