@@ -42,6 +42,9 @@ if(NOT CORBOT_SANITIZE)
   corbot_command_test(Scripts TIER core
     COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/scripts_test.py
     PROPERTIES TIMEOUT 300)
+  corbot_command_test(Tiers TIER core
+    COMMAND ${Python3_EXECUTABLE} ${CMAKE_CURRENT_SOURCE_DIR}/architecture/tiers_test.py ${CMAKE_COMMAND}
+    PROPERTIES TIMEOUT 300)
 endif()
 if(TARGET corbot AND TARGET corbot-servant AND NOT CORBOT_SANITIZE)
   corbot_command_test(Promises TIER core
