@@ -61,14 +61,22 @@ function(corbot_link_optimised_first name libraries)
   endforeach()
 endfunction()
 
+# The options of what mostly waits. At -Og GCC considers variables that the library's own code sets as
+# uninitialised.
+set(CORBOT_WAITS $<$<NOT:$<CONFIG:Debug>>:-Og> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+if(CORBOT_SANITIZE)
+  set(CORBOT_WAITS)
+endif()
+
 # Marks a target that mostly waits, such as a client of robots: the build optimises it less, in two thirds of
 # the time.
 function(corbot_waits target)
-  if(NOT CORBOT_SANITIZE)
-    # At -Og GCC considers variables that the library's own code sets as uninitialised.
-    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-Og>
-      $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
-  endif()
+  target_compile_options(${target} PRIVATE ${CORBOT_WAITS})
+endfunction()
+
+# Marks one source of a target that computes, such as the options of its command line. It stays out of unity.
+function(corbot_source_waits source)
+  set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${CORBOT_WAITS}")
 endfunction()
 
 # Marks test code that waits for other processes. Without optimisation and debug information the build takes

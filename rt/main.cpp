@@ -7,7 +7,6 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
 #include <stdexcept>
@@ -21,6 +20,7 @@
 #include "rt/housekeeping.h"
 #include "rt/inputs/safety_lines.h"
 #include "rt/loop.h"
+#include "rt/options.h"
 #include "rt/realtime_setup.h"
 #include "rt/safety_settings.h"
 #include "rt/start_position.h"
@@ -37,17 +37,6 @@ void request_stop(int) {
   stop_requested.store(true);
   if (corbot::Backend* backend = opening.load()) backend->cancel();
 }
-
-struct Options {
-  std::string profile;
-  std::string name;
-  std::string state_directory;
-  std::string servant_user;
-  std::string stop_group;
-  bool enforce{false};
-  bool fresh{false};
-  bool after_gap{false};
-};
 
 void catch_signals() {
   struct sigaction action {};
@@ -87,7 +76,7 @@ class StopLegacy {
 };
 
 /// Returns the ids of a user and a group that the command line names or numbers.
-corbot::ChannelPolicy policy_of(const Options& options) {
+corbot::ChannelPolicy policy_of(const corbot::rt::Options& options) {
   corbot::ChannelPolicy policy;
   if (!options.servant_user.empty()) {
     const passwd* const user = ::getpwnam(options.servant_user.c_str());
@@ -136,7 +125,7 @@ corbot::rt::CycleView view_of(const corbot::TaskSegment& segment, const corbot::
   return seen;
 }
 
-void run(const Options& options) {
+void run(const corbot::rt::Options& options) {
   using namespace corbot;
   rt::limit_thread_stacks();
   const Profile profile = load_profile(options.profile);
@@ -205,29 +194,7 @@ void run(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"corbot's real-time task: follows accepted motions and drives the servos", "corbot-rt"};
-  Options options;
-  std::string realtime{"best-effort"};
-  app.add_option("PROFILE", options.profile, "profile of the robot, a TOML file")->required();
-  app.add_option("--name", options.name, "name of the robot, instead of the profile's");
-  app.add_option("--realtime", realtime, "what to do where real-time privileges are missing")
-      ->check(CLI::IsMember({"enforce", "best-effort"}))
-      ->capture_default_str();
-  app.add_option("--state-dir", options.state_directory,
-                 "where the last position is saved, instead of $CORBOT_STATE_DIR or ~/.local/state/corbot");
-  app.add_option("--servant-user", options.servant_user,
-                 "user whose processes may serve this robot, besides this one's own");
-  app.add_option("--stop-group", options.stop_group,
-                 "group whose members may stop this robot on this machine without its servant");
-  app.add_flag(
-      "--fresh", options.fresh,
-      "forget where the last task left the arm, and its file: it is where the device says, else at angle 0");
-  app.add_flag("--after-gap", options.after_gap,
-               "begin in Error: the task before did not respond, and was replaced");
-  app.footer(corbot::rt::fault_controls_help());
-  CLI11_PARSE(app, argc, argv);
-  options.enforce = realtime == "enforce";
-
+  const corbot::rt::Options options = corbot::rt::parse_options(argc, argv);
   spdlog::set_default_logger(spdlog::stderr_color_mt("corbot-rt"));
   catch_signals();
   try {
