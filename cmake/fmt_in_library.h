@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves the formatting of texts to the library, which has this function. fmt 9 does not declare that it is
-// there, so each unit that logs would compile it again, in three seconds. Every target on fmt includes this.
+// Leaves the formatting of texts to the library, which has this function. Version 9 does not declare it, so
+// each unit that logs would compile it again, in three seconds. Every target on fmt includes this file.
 #pragma once
 
 #ifdef __cplusplus

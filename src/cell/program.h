@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "cell/cell_config.h"
+
+namespace CLI {
+class App;
+}
 
 // The common part of a cell's programs: command line, cell.toml, log, signals, exit status.
 

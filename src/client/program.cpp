@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <span>
 
 #include "client/failure.h"
 
@@ -127,15 +128,21 @@ std::string describe_others(const Program& program, std::size_t failed) {
 
 std::string describe_faults(const Program& program, std::string_view file) {
   std::string text;
-  for (const auto& fault : program.faults) text += fmt::format("{}:{}: {}\n", file, fault.line, fault.reason);
+  for (const auto& fault : std::span(program.faults).first(std::min(program.faults.size(), kMostFaultsShown)))
+    text += fmt::format("{}:{}: {}\n", file, fault.line, fault.reason);
   return text;
 }
 
 void check_program(const Program& program) {
   if (const std::size_t count = program.faults.size(); count > 0)
-    throw Failure(ExitCode::kUsage,
-                  describe_faults(program, program.name) +
-                      fmt::format("{} line{} to fix; nothing moved", count, count == 1 ? "" : "s"));
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("{}{} line{} to fix{}{}; nothing moved", describe_faults(program, program.name), count,
+                    count == 1 ? "" : "s",
+                    count > kMostFaultsShown ? fmt::format(", of which {} are shown", kMostFaultsShown) : "",
+                    program.statements.empty() && count > 1
+                        ? "; no line is a command, so this may be no program"
+                        : ""));
   if (program.statements.empty())
     throw Failure(ExitCode::kUsage,
                   fmt::format("{}: the program has no command; nothing moved", program.name));

@@ -31,6 +31,7 @@ struct Program {
 
 inline constexpr std::size_t kMaxProgramBytes = 1u << 20;
 inline constexpr std::size_t kMaxProgramLineBytes = 1000;
+inline constexpr std::size_t kMostFaultsShown = 20;
 
 /// Parses a program: one command a line, '#' begins a comment. Empty lines count. CR LF line ends and a final
 /// line without one are accepted.
@@ -43,11 +44,11 @@ inline constexpr std::size_t kMaxProgramLineBytes = 1000;
 /// Returns "; lines 2 to 3 were done; lines 5 to 9 were not begun" for all statements except `failed`.
 [[nodiscard]] std::string describe_others(const Program& program, std::size_t failed);
 
-/// Returns "file:line: reason" for each fault, one a line.
+/// Returns "file:line: reason" for each fault up to kMostFaultsShown, one a line.
 [[nodiscard]] std::string describe_faults(const Program& program, std::string_view file);
 
-/// Throws Failure, kUsage, if the program has faults or no statement. The text has one "name:line: reason"
-/// for each fault.
+/// Throws Failure, kUsage, if the program has faults or no statement. The text has what describe_faults()
+/// returns.
 void check_program(const Program& program);
 
 /// Performs one statement, the one with this index. Throws Failure.

@@ -345,6 +345,7 @@ TEST_F(Motions, CancelTakesBackOneMotionAndWhatIsBehindIt) {
   const auto end = first->wait(within(20));
   ASSERT_TRUE(end);
   EXPECT_EQ(WEXITSTATUS(*end), 4);
+  EXPECT_THAT(first->errors(), HasSubstr("its motions wait until 'corbot resume'"));
   EXPECT_THAT(first->errors(), HasSubstr("taken back by Cancel"));
   EXPECT_EQ(status().at("paused"), true);
   EXPECT_THAT(corbot({"status"}).output, HasSubstr("paused"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // corbot-camera serves the object Camera of a cell. With --drive it also does the work of one robot, so that
 // no coordinator process is necessary.
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <utility>

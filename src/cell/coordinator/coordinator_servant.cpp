@@ -107,9 +107,10 @@ void CoordinatorServant::Stop() {
     throw Corbot::NotReady(fmt::format("not known to be at rest: {}", fmt::join(moving, ", ")).c_str());
   if (!unmarked.empty())
     throw Corbot::NotReady(
-        fmt::format("at rest, but the ledger does not say yet that it is stopped: {}; end stand-by "
-                    "coordinators",
-                    fmt::join(unmarked, ", "))
+        fmt::format(
+            "at rest, but the ledger does not say yet that it is stopped: {}; the store may be silent "
+            "or its disk full. Until it takes the stop, a stand-by coordinator would go on: end it",
+            fmt::join(unmarked, ", "))
             .c_str());
 }
 

@@ -117,6 +117,24 @@ TEST(Program, CountsLinesOverCommentsBlanksAndCarriageReturns) {
   EXPECT_EQ(program.statements[2].line, 6u);
 }
 
+TEST(Program, OfManyFaultsTheFirstAreShown) {
+  std::string text;
+  for (int line = 0; line < 30; ++line) text += "dance\n";
+  Program program = parse_program(text);
+  program.name = "p";
+  try {
+    client::check_program(program);
+    FAIL();
+  } catch (const client::Failure& failure) {
+    EXPECT_THAT(failure.what(),
+                testing::AllOf(
+                    HasSubstr("p:20: "), testing::Not(HasSubstr("p:21: ")),
+                    testing::EndsWith(
+                        "\n30 lines to fix, of which 20 are shown; no line is a command, so this may be no "
+                        "program; nothing moved")));
+  }
+}
+
 struct FaultCase {
   const char* line;
   const char* reason;

@@ -237,7 +237,7 @@ TEST_F(PanelServer, SaysWhyAProgramIsRefused) {
   std::string text;
   for (int line = 0; line < 30; ++line) text += "dance\n";
   EXPECT_THAT(program(port, json{{"robot", "one"}, {"name", "p"}, {"text", text}}.dump()).body(),
-              HasSubstr("20 lines to fix; nothing moved; 10 more have faults"));
+              HasSubstr("30 lines to fix, of which 20 are shown"));
   const Response large = program(port, std::string(65'537, ' '));
   EXPECT_EQ(large.result(), http::status::payload_too_large);
   EXPECT_EQ(large.body(), "the body is larger than 65536 bytes\n");
