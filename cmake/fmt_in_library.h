@@ -4,9 +4,11 @@
 #pragma once
 
 #ifdef __cplusplus
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #if FMT_VERSION / 10000 == 9
+#include <fmt/format.h>
+
 extern template void fmt::detail::vformat_to<char>(fmt::detail::buffer<char>&, fmt::basic_string_view<char>,
                                                    fmt::basic_format_args<fmt::buffer_context<char>>,
                                                    fmt::detail::locale_ref);

@@ -61,7 +61,7 @@ function(corbot_link_optimised_first name libraries)
   endforeach()
 endfunction()
 
-# The options of what mostly waits. At -Og GCC considers variables that the library's own code sets as
+# These options are for what mostly waits. At -Og GCC considers variables that the library's own code sets as
 # uninitialised.
 set(CORBOT_WAITS $<$<NOT:$<CONFIG:Debug>>:-Og> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 if(CORBOT_SANITIZE)

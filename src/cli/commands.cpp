@@ -20,6 +20,7 @@
 #include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
 #include "cli/frames_view.h"
+#include "cli/pause_note.h"
 #include "cli/plot/plan_plot.h"
 #include "cli/run_program.h"
 #include "cli/show.h"
@@ -201,12 +202,6 @@ void report_reduced_override(Client& client, double wanted_percent) {
   }
 }
 
-/// Reports that a motion, though accepted, will not begin.
-void note_pause(Client& client) {
-  if (client.call([](auto& arm) { return arm.Paused(); }))
-    client::notice(stderr, "corbot: the arm is paused; its motions wait until 'corbot resume'\n");
-}
-
 /// Returns the name of a robot on this machine. An address must belong to a robot that is up here. The shared
 /// memory of a robot elsewhere is not here, whatever has its name on this machine.
 std::string local_robot(const std::string& robot) {
@@ -249,8 +244,11 @@ void run_request(const ClientOptions& options, const Request& request) {
     return;
   }
   run_stoppable(options, [&](Client& client) {
-    note_pause(client);
-    const std::string remark = client.perform(request);
+    PauseNote note(client);
+    const std::string remark = client.perform(request, [&](double progress) {
+      if (const std::string text = note(progress); !text.empty())
+        client::notice(stderr, fmt::format("corbot: {}\n", text));
+    });
     if (!remark.empty()) client::notice(stderr, fmt::format("corbot: {}\n", remark));
   });
 }
@@ -321,10 +319,7 @@ void run_file(const ClientOptions& options, const RunOptions& run) {
   }
   if (run.dry_run)
     return run.profile.empty() ? print_program(program) : check_reach(program, run.profile, run.plot);
-  run_stoppable(options, [&](Client& client) {
-    note_pause(client);
-    run_program(client, program);
-  });
+  run_stoppable(options, [&](Client& client) { run_program(client, program); });
 }
 
 void show(const ClientOptions& options, View view, bool as_json) {

@@ -10,6 +10,7 @@
 #include <cstdio>
 
 #include "cli/arm/dry_run.h"
+#include "cli/pause_note.h"
 #include "cli/plot/plan_plot.h"
 #include "client/notice.h"
 
@@ -114,10 +115,14 @@ void check_reach(const Program& program, const std::string& profile, const std::
 void run_program(Client& client, const Program& program) {
   Display display(program.statements.size(), ::isatty(STDOUT_FILENO) == 1);
   const auto begin = Clock::now();
+  PauseNote note(client);
   try {
     client::carry_out(program, [&](std::size_t index, const Statement& statement) {
       display.begin(index, statement);
-      display.remark(client.perform(statement.request, [&](double progress) { display.draw(progress); }));
+      display.remark(client.perform(statement.request, [&](double progress) {
+        display.remark(note(progress));
+        display.draw(progress);
+      }));
     });
   } catch (const Failure&) {
     display.end();

@@ -137,12 +137,10 @@ void check_program(const Program& program) {
   if (const std::size_t count = program.faults.size(); count > 0)
     throw Failure(
         ExitCode::kUsage,
-        fmt::format("{}{} line{} to fix{}{}; nothing moved", describe_faults(program, program.name), count,
-                    count == 1 ? "" : "s",
-                    count > kMostFaultsShown ? fmt::format(", of which {} are shown", kMostFaultsShown) : "",
-                    program.statements.empty() && count > 1
-                        ? "; no line is a command, so this may be no program"
-                        : ""));
+        fmt::format(
+            "{}{} line{} to fix{}; nothing moved", describe_faults(program, program.name), count,
+            count == 1 ? "" : "s",
+            count > kMostFaultsShown ? fmt::format(", of which {} are shown", kMostFaultsShown) : ""));
   if (program.statements.empty())
     throw Failure(ExitCode::kUsage,
                   fmt::format("{}: the program has no command; nothing moved", program.name));

@@ -122,6 +122,14 @@ TEST_F(Programs, ADryRunWithAProfileRefusesTheLineThatTheRobotRefuses) {
   EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
+TEST_F(Programs, OnAPausedArmWaitsAndSaysSo) {
+  EXPECT_EQ(corbot({"pause"}).code, 0);
+  const auto program = begin({"run", put("p.corbot", "speed 50\njoints 5 0 0 0\n")});
+  EXPECT_TRUE(program->wait_line("  the arm is paused; its motions wait until 'corbot resume'", within(20)));
+  EXPECT_EQ(corbot({"resume"}).code, 0);
+  EXPECT_EQ(program->wait(within(20)), 0);
+}
+
 TEST_F(Programs, CtrlCEndsTheProgramAndTheMotion) {
   const std::string file = put("p.corbot", "joints 80 0 0 0 --time 30\njoints 0 0 0 0\nopen\n");
   const auto program = begin({"run", file});

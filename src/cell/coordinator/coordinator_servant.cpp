@@ -109,7 +109,7 @@ void CoordinatorServant::Stop() {
     throw Corbot::NotReady(
         fmt::format(
             "at rest, but the ledger does not say yet that it is stopped: {}; the store may be silent "
-            "or its disk full. Until it takes the stop, a stand-by coordinator would go on: end it",
+            "or its disk full. Until the store takes the stop, end stand-by coordinators: they would go on",
             fmt::join(unmarked, ", "))
             .c_str());
 }

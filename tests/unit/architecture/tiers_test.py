@@ -9,7 +9,7 @@ import unittest
 
 TOP = pathlib.Path(__file__).resolve().parents[3]
 CMAKE = "cmake"
-# Without a compiler, which would take most of the time.
+# It needs no compiler, which would take most of the time.
 PROJECT = """cmake_minimum_required(VERSION 3.25)
 project(tiers LANGUAGES NONE)
 include({top}/cmake/targets.cmake)
@@ -28,8 +28,8 @@ def configured(tests, source=""):
     with tempfile.TemporaryDirectory() as directory:
         pathlib.Path(directory, "t.cpp").write_text(f"int main() {{ {source} }}\n")
         pathlib.Path(directory, "CMakeLists.txt").write_text(PROJECT.format(top=TOP, tests=tests))
-        answer = subprocess.run([CMAKE, "-S", directory, "-B", directory + "/build"], timeout=120,
-                                capture_output=True, text=True)
+        answer = subprocess.run([CMAKE, "-G", "Ninja", "-S", directory, "-B", directory + "/build"],
+                                timeout=120, capture_output=True, text=True)
         return " ".join(answer.stderr.split()) if answer.returncode else ""
 
 

@@ -44,6 +44,18 @@ TEST(SerialArrival, IsAskedOfTheDevice) {
   EXPECT_EQ(ends_after_ms(maestro), 0);
 }
 
+TEST(SerialArrival, AMaestroSaysItsPulsesOnTheWay) {
+  MaestroBench bench;
+  bench.begin(1200.0);
+  bench.device.send(all_at(1800.0), true);
+  bench.wire.pass(1.0);
+  BusReading on_the_way;
+  EXPECT_EQ(bench.device.has_arrived(on_the_way), false);
+  ASSERT_EQ(on_the_way.unit, BusReading::Unit::kPulses);
+  EXPECT_GT(on_the_way.value[0], 1300.0);
+  EXPECT_NEAR(on_the_way.value[0], bench.wire.pulse_us(0), 8.0) << "of the servo frame before";
+}
+
 TEST(SerialArrival, AMaestroThatIsSlowerThanItsLimitIsWaitedFor) {
   MaestroBench bench;
   bench.begin(1000.0);
