@@ -6,7 +6,7 @@
 #ifdef __cplusplus
 #include <fmt/core.h>
 
-#if FMT_VERSION / 10000 == 9
+#if FMT_VERSION / 10000 == 9 && !defined(__clang__)
 #include <fmt/format.h>
 
 extern template void fmt::detail::vformat_to<char>(fmt::detail::buffer<char>&, fmt::basic_string_view<char>,

@@ -21,6 +21,7 @@ constexpr double kApproach_rad_per_s = 0.5;
 
 /// Joint values that differ by less are the same.
 constexpr double kSame_q = 1e-6;
+constexpr auto kOldestReport = std::chrono::milliseconds(250);  // of the pulses on an approach
 
 constexpr double kMillimetres = 1000.0;  // in a metre
 
@@ -223,15 +224,20 @@ Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const Bus
   return Outcome::kThere;
 }
 
-/// After a Stop on the way the cycle holds the arm at a reported reading. One wrong reading must not count.
+/// After a Stop on the way the cycle holds the arm at a reported reading. One wrong reading must not count. Nor
+/// must an old one, since the servos would turn far back to it.
 std::optional<bool> Approach::look() {
   BusReading reading;
   const std::optional<bool> has_arrived = device_.has_arrived(reading);
   const auto now = Clock::now();
   const double moved_us =
       kApproach_us_per_s * std::chrono::duration<double>(now - std::exchange(seen_at_, now)).count();
-  if (may_be_pulses_of(arm_, std::exchange(seen_, reading), reading, moved_us))
+  if (may_be_pulses_of(arm_, std::exchange(seen_, reading), reading, moved_us)) {
     report_(refined(reading, sender_.last()));
+    reported_at_ = now;
+  } else if (now - reported_at_ > kOldestReport) {
+    report_(BusReading{});
+  }
   return has_arrived;
 }
 
@@ -239,6 +245,7 @@ Approach::Outcome Approach::await_interpolation(ServoFrame newest) {
   std::int64_t left_ns = 0;  // of a motion that was requested
   bool is_under_way = false;
   seen_ = {};
+  reported_at_ = Clock::now();
   for (;;) {
     newest = newest_.read();
     if (is_stopped_(newest)) {

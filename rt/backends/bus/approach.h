@@ -81,6 +81,7 @@ class Approach {
   const Pause pause_until_;
   BusReading seen_{};  ///< by the last look()
   Clock::time_point seen_at_{};
+  Clock::time_point reported_at_{};
   bool may_be_moving_{false};  ///< the device moves by itself; also after a failed run()
 };
 

@@ -118,7 +118,7 @@ std::string Maestro::describe_errors(unsigned errors) {
 
 unsigned Maestro::identify() {
   dialog_.open(settings_.port, settings_.baud);
-  is_served_ = is_slow_ = false;
+  is_served_ = is_slow_ = is_on_the_way_ = false;
   frames_since_check_ = unanswered_checks_ = 0;
   found_errors_ = 0;
   approached_ = 0;
@@ -155,7 +155,7 @@ bool Maestro::send(const ServoFrame& frame, bool approach) {
   if (!is_still_there(frame)) return false;
   Bytes bytes;
   if (is_slow_) bytes = limits(frame, 0, 0);
-  is_slow_ = false;
+  is_slow_ = is_on_the_way_ = false;
   append(bytes, targets(frame));
   dialog_.write(bytes);
   last_ = given_ = frame;
@@ -182,8 +182,10 @@ bool Maestro::is_still_there(const ServoFrame& frame) {
 
 void Maestro::approach_to(const ServoFrame& frame) {
   is_served_ = false;
-  last_ = frame;
   looks_unchanged_ = 0;
+  if (is_on_the_way_ && approached_ == frame.servo_count) return go_elsewhere(frame);
+  is_on_the_way_ = false;
+  if (last_.servo_count == 0) last_ = frame;  // for relax()
   clear_timeout();
   const SerialDialog::Pulses reported_us = stable_pulses(frame);
   double travel_us = 0.0;
@@ -216,7 +218,21 @@ void Maestro::approach_to(const ServoFrame& frame) {
   is_slow_ = true;
   check_errors();  // a limit garbled on its way is no limit
   dialog_.write(targets(frame));
+  last_ = frame;
   approached_ = frame.servo_count;
+  is_on_the_way_ = true;
+}
+
+/// The limits of the approach are in force. A missing reply must not keep a Stop from the servos.
+void Maestro::go_elsewhere(const ServoFrame& frame) {
+  (void)look();
+  double further_us = 0.0;
+  for (std::size_t i = 0; i < frame.servo_count; ++i)
+    further_us =
+        std::max(further_us, std::min(std::abs(frame.pulse_us[i] - last_.pulse_us[i]), kMostTravel_us));
+  approach_ns_ += static_cast<std::int64_t>(1e9 * further_us / kApproach_us_per_s);
+  dialog_.write(targets(frame));
+  last_ = frame;
 }
 
 void Maestro::clear_timeout() {
@@ -232,18 +248,25 @@ void Maestro::clear_timeout() {
     log_ = settings_.port + ": the Maestro's own time-out passed before the first command";
 }
 
-std::optional<bool> Maestro::has_arrived(BusReading& on_the_way) {
-  SerialDialog::Pulses now_us{};
+/// Queries the pulses on an approach. Empty: a reply is missing or wrong. A board that has fallen silent is
+/// detected as soon as it is served.
+std::optional<SerialDialog::Pulses> Maestro::look() {
   try {
-    now_us = query(last_);
+    const SerialDialog::Pulses now_us = query(last_);
     for (std::size_t i = 0; i < last_.servo_count; ++i)
       check_restart(last_.channel[i],
                     static_cast<unsigned>(std::lround(now_us[i] * kQuartersPerMicrosecond)));
+    return now_us;
   } catch (const DeviceError& error) {
-    // A board that has fallen silent is detected as soon as it is served.
     if (!is_noise(error.cause())) throw;
     return std::nullopt;
   }
+}
+
+std::optional<bool> Maestro::has_arrived(BusReading& on_the_way) {
+  const std::optional<SerialDialog::Pulses> seen_us = look();
+  if (!seen_us) return std::nullopt;
+  const SerialDialog::Pulses now_us = *seen_us;
   on_the_way = {BusReading::Unit::kPulses, now_us, {}, kUnit_us};
   const bool is_unchanged = std::exchange(polled_us_, now_us) == now_us;
   looks_unchanged_ = is_unchanged ? looks_unchanged_ + 1 : 0;
@@ -261,6 +284,7 @@ std::optional<bool> Maestro::has_arrived(BusReading& on_the_way) {
 }
 
 void Maestro::halt() {
+  is_on_the_way_ = false;
   ServoFrame here = last_;
   here.pulse_us = stable_pulses(last_);  // 0 if it has no pulses, and then gets none
   // The servo loses its speed by its limit: a target behind the end of its braking would turn it back.
@@ -289,6 +313,7 @@ void Maestro::relax() {
   ServoFrame off = last_;
   off.pulse_us.fill(0.0);  // a target of 0: no pulses
   approached_ = 0;
+  is_on_the_way_ = false;
   dialog_.write(targets(off));
 }
 

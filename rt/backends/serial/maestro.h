@@ -65,6 +65,8 @@ class Maestro final : public BusDevice {
 
  private:
   void approach_to(const ServoFrame& frame);
+  void go_elsewhere(const ServoFrame& frame);
+  [[nodiscard]] std::optional<SerialDialog::Pulses> look();
   /// Called before an approach: the board's own time-out is no fault then.
   void clear_timeout();
   /// Returns the limits of the board's own motion; 0: no limit.
@@ -89,11 +91,12 @@ class Maestro final : public BusDevice {
   SerialDialog dialog_;
   std::int64_t period_ns_{20'000'000};
   std::int64_t approach_ns_{2'500'000'000};
-  ServoFrame last_{};
+  ServoFrame last_{};  ///< the last targets
   std::string log_;
   ServoFrame given_{};         ///< the last frame that was no approach
   bool is_served_{false};      ///< since the last approach
   bool is_slow_{false};        ///< the limits of an approach are set
+  bool is_on_the_way_{false};  ///< an approach has its limits and targets, and nothing has ended it
   std::size_t approached_{0};  ///< servos that the approach under way has given pulses
   int frames_since_check_{0};
   int unanswered_checks_{0};          ///< in a row

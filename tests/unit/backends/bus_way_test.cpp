@@ -187,6 +187,34 @@ TEST_F(BusWayTest, AnApproachDoesNotReportOneWrongReading) {
   EXPECT_THAT(reported_us, testing::AllOf(testing::Not(testing::IsEmpty()), testing::Each(1200.0)));
 }
 
+TEST_F(BusWayTest, AnApproachWithoutRepliesWithdrawsItsReport) {
+  FakeDevice device(bus_);
+  bus_.approach_ns = 600'000'000'000;
+  bus_.is_approaching = true;
+  bus_.is_at_us = 1200.0;
+  FrameSender sender(device);
+  SnapshotCell<ServoFrame> cell;
+  cell.store(frame(1, 2000.0));
+  NewestFrame newest(cell);
+  BusReading reported;
+  Clock::time_point silent_at{};
+  Approach approach(
+      arm_, device, sender, newest, std::chrono::milliseconds(0), [](const ServoFrame&) { return false; },
+      [&](const BusReading& reading) { reported = reading; },
+      [&](auto) {
+        const auto now = Clock::now();
+        if (bus_.is_at_us > 0.0 && reported.unit == BusReading::Unit::kPulses) {
+          bus_.is_at_us = 0.0;
+          silent_at = now;
+        }
+        return bus_.is_at_us > 0.0 ||
+               (reported.unit == BusReading::Unit::kPulses && now - silent_at < std::chrono::seconds(20));
+      });
+  EXPECT_EQ(approach.run(), Approach::Outcome::kEnd);
+  EXPECT_EQ(reported.unit, BusReading::Unit::kNothing);
+  EXPECT_GE(Clock::now() - silent_at, std::chrono::milliseconds(200)) << "one missing reply is no reason";
+}
+
 /// A device that interpolates is sent to another place at once, as after a Stop on its way.
 TEST_F(BusWayTest, AnApproachReportsItsPulsesAndGoesElsewhereAtOnce) {
   const auto backend = make();

@@ -56,6 +56,46 @@ TEST(SerialArrival, AMaestroSaysItsPulsesOnTheWay) {
   EXPECT_NEAR(on_the_way.value[0], bench.wire.pulse_us(0), 8.0) << "of the servo frame before";
 }
 
+/// As after a Stop on the way, while the line is disturbed.
+TEST(SerialArrival, AMaestroTurnsBackWithoutAReply) {
+  MaestroBench bench;
+  bench.begin(1200.0);
+  bench.device.send(all_at(1800.0), true);
+  bench.wire.pass(1.0);
+  bench.emulated.faults().execute({"deaf", "position", "on"});
+  bench.device.send(all_at(1400.0), true);
+  double fastest_us_per_s = 0.0;
+  for (int i = 0; i < 250; ++i) {
+    const double before_us = bench.wire.pulse_us(0);
+    bench.wire.pass(0.02);
+    fastest_us_per_s = std::max(fastest_us_per_s, std::abs(bench.wire.pulse_us(0) - before_us) / 0.02);
+  }
+  EXPECT_NEAR(bench.wire.pulse_us(0), 1400.0, 1.0);
+  EXPECT_NEAR(fastest_us_per_s, 400.0, 15.0) << "the limits of the approach hold";
+}
+
+TEST(SerialArrival, AMaestroThatRestartsOnTheWayGetsNoOtherTarget) {
+  MaestroBench bench;
+  bench.begin(1200.0);
+  bench.device.send(all_at(1800.0), true);
+  bench.wire.pass(1.0);
+  bench.emulated.power_cycle(bench.wire.now_ns);
+  EXPECT_THROW((void)bench.device.send(all_at(1400.0), true), DeviceError);
+  bench.wire.pass(0.1);
+  EXPECT_EQ(bench.wire.pulse_us(0), 0.0);
+}
+
+TEST(SerialArrival, AHaltAfterAnApproachThatDidNotBeginMovesNothing) {
+  MaestroBench bench;
+  bench.begin(1200.0);
+  bench.emulated.faults().execute({"deaf", "position", "on"});
+  EXPECT_THROW((void)bench.device.send(all_at(1800.0), true), DeviceError);
+  bench.emulated.faults().execute({"deaf", "position", "off"});
+  bench.device.halt();
+  bench.wire.pass(1.0);
+  EXPECT_EQ(bench.wire.pulse_us(0), 1200.0);
+}
+
 TEST(SerialArrival, AMaestroThatIsSlowerThanItsLimitIsWaitedFor) {
   MaestroBench bench;
   bench.begin(1000.0);
