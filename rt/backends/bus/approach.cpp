@@ -224,8 +224,8 @@ Approach::Outcome Approach::give_first_pulses(const ServoFrame& frame, const Bus
   return Outcome::kThere;
 }
 
-/// After a Stop on the way the cycle holds the arm at a reported reading. One wrong reading must not count. Nor
-/// must an old one, since the servos would turn far back to it.
+/// After a Stop on the way the cycle holds the arm at a reported reading. One wrong reading must not count.
+/// Nor must an old one, since the servos would turn far back to it.
 std::optional<bool> Approach::look() {
   BusReading reading;
   const std::optional<bool> has_arrived = device_.has_arrived(reading);
