@@ -280,7 +280,12 @@ TEST_F(StoppedDrives, TurnedBeforeTheirEnergyCameAreHeldWhereTheyStand) {
     ASSERT_TRUE(wait_until(within(60), [&] { return raised_by([&] { arm_->Clear(); }).empty(); }));
     drives_->command(fmt::format("turn {} {}", i % 2 == 0 ? 20'000 : -20'000, kLast));
     was_in_time = energised(off_ns, now_ns()).empty();
-    ASSERT_TRUE(wait_for(Corbot::Standby)) << rt_->errors();
+    // A turn between two looks at a drive that is being enabled is a leap, and the drive is lost.
+    ASSERT_TRUE(wait_until(within(30), [&] {
+      const auto state = arm_->Status();
+      return state == Corbot::Standby || state == Corbot::Error;
+    })) << rt_->errors();
+    was_in_time = was_in_time && arm_->Status() == Corbot::Standby;
     if (was_in_time) {
       EXPECT_NEAR(drives_->counts().at(kLast), turned, 50);
     }
