@@ -8,7 +8,7 @@
 
 #include "cell/cell_config.h"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): the name of the library
 class App;
 }
 
