@@ -91,7 +91,7 @@ class Maestro final : public BusDevice {
   SerialDialog dialog_;
   std::int64_t period_ns_{20'000'000};
   std::int64_t approach_ns_{2'500'000'000};
-  ServoFrame last_{};  ///< the last targets
+  ServoFrame last_{};  ///< the last targets; before any, those of the approach that begins
   std::string log_;
   ServoFrame given_{};         ///< the last frame that was no approach
   bool is_served_{false};      ///< since the last approach
