@@ -84,8 +84,12 @@ def test_a_wrong_number_of_joints_is_refused(arm: corbot.Arm) -> None:
 
 
 def test_a_recording_has_the_whole_motion(arm: corbot.Arm) -> None:
-    with corbot.record(arm, rate=50) as run:
-        arm.joints(FAR, time=1)
+    for _ in range(5):
+        arm.joints([0, 0, 0, 0])
+        with corbot.record(arm, rate=50) as run:
+            arm.joints(FAR, time=1)
+        if np.diff(run.time).max() < 0.1:  # else the machine stood still
+            break
     assert len(run) + run.dropped >= 45
     assert run.time.shape == (len(run),)
     assert run.joints.shape == run.commanded.shape == run.speeds.shape == (len(run), 4)

@@ -33,7 +33,7 @@ def test_the_robot_is_taken_down_at_the_end() -> None:
     with robot:
         processes = [robot.processes[key] for key in ("pid", "servant_pid", "rt_pid")]
         assert all(map(is_alive, processes))
-        assert f"{robot.name} is up" in robot.output
+        until(lambda: f"{robot.name} is up" in robot.output)  # some lines after the address
     assert not robot.directory.exists()
     until(lambda: not any(map(is_alive, processes)))
     robot.end()

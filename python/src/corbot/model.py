@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from html import escape  # xml.sax.saxutils would import urllib.request
 from xml.etree import ElementTree
-from xml.sax.saxutils import escape
 
 import numpy as np
 
