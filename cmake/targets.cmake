@@ -93,9 +93,9 @@ function(corbot_waits_for_processes target)
   endif()
 endfunction()
 
-# Each test has a tier. A test of the tier core runs in one process. A test of process needs real processes,
-# ORBs, sockets or signals. The gate skips tests of long, which take too much time. The gate also runs core
-# under the address sanitizer.
+# Each test has a tier. A test of the tier core starts none of corbot's programs. A test of process needs such
+# programs, or an ORB. The gate skips tests of long, which take too much time. The gate also runs core under
+# the address sanitizer.
 set(CORBOT_TIERS core process long)
 # THREADS marks the programs that also run under the thread sanitizer. Their label is core-threads or
 # process-threads, one word because the discovery of GoogleTest's cases splits lists. The libraries of the ORB

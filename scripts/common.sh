@@ -21,8 +21,8 @@ autogroup_file=/proc/sys/kernel/sched_autogroup_enabled
 # machine's: most tests wait, and the others declare their load. Without the kernel's automatic groups of
 # tasks, which phases.sh explains, each is an eighth.
 test_jobs() {
-  local each=6
-  if [ "$(cat "$autogroup_file" 2> /dev/null)" = 0 ]; then each=8; fi
+  local each=8
+  if [ "$(cat "$autogroup_file" 2> /dev/null)" = 1 ]; then each=6; fi
   echo $(($(nproc) * each))
 }
 

@@ -33,6 +33,9 @@ check_left_over() {
     # The socket of a running robot is not a test's remains; the check for our processes follows below.
     grep -qF "/${socket##*/}" /proc/net/unix || left+="$socket "
   done
+  # Fixtures' directories; that of the sockets stays.
+  left+=$(find "${TMPDIR:-/tmp}" -maxdepth 1 -user "$(id -u)" -name 'corbot-*' -newer "$stamp" \
+            ! -name "corbot-$(id -u)" 2> /dev/null || true)
   [ -z "$left" ] || fail "left behind: $left"
   left=$(pgrep -a -f "^$PWD/build/(release|asan|tsan)/(bin|tests)/|^qemu-system-x86_64 .*=$PWD/build" || true)
   [ -z "$left" ] || fail "still running: $left"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "corbot/channel/layout.h"
+#include "support/paths.h"
 
 // Two threads at full speed, bounded in count. Without a sanitizer these look for torn and reordered records;
 // in the tsan preset also for accesses that nothing orders.
@@ -31,7 +32,7 @@ bool whole(const Pattern& words) {
   return true;
 }
 
-constexpr std::uint64_t kRecords = 200'000;
+constexpr std::uint64_t kRecords = CORBOT_SANITIZED ? 50'000 : 200'000;
 
 TEST(Stress, RingKeepsOrderAndLosesNothing) {
   const auto ring = std::make_unique<Ring<Pattern, 8>>();
