@@ -29,9 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
-using testing::AllOf;
-using testing::Ge;
-using testing::Lt;
 using testing::MatchesRegex;
 
 constexpr double kNear_m = 0.004;  ///< pulses of whole microseconds, servos with a dead band
@@ -181,9 +178,20 @@ TEST_F(ForeignRobot, MovesFreelyAlongLinesAndArcs) {
 
 TEST_F(ForeignRobot, KeepsTheTimesAndSpeedsThatAreAskedFor) {
   start();
-  robot_->Move(0.2, 0.05, 0.1, 0, 0);
-  EXPECT_THAT(seconds_of([&] { robot_->MoveS(0.2, -0.05, 0.1, 0, 2); }), AllOf(Ge(1.99), Lt(3.5)));
-  EXPECT_THAT(seconds_of([&] { robot_->Delay(0.5); }), AllOf(Ge(0.49), Lt(2)));
+  // The machine may stand still during a call, and hardly during each of five.
+  double line_s = 5;
+  for (int i = 0; i < 5 && line_s >= 3.5; ++i) {
+    robot_->Move(0.2, 0.05, 0.1, 0, 0);
+    line_s = seconds_of([&] { robot_->MoveS(0.2, -0.05, 0.1, 0, 2); });
+    EXPECT_GE(line_s, 1.99);
+  }
+  EXPECT_LT(line_s, 3.5);
+  double delay_s = 5;
+  for (int i = 0; i < 5 && delay_s >= 2; ++i) {
+    delay_s = seconds_of([&] { robot_->Delay(0.5); });
+    EXPECT_GE(delay_s, 0.49);
+  }
+  EXPECT_LT(delay_s, 2);
   const double fast_s = seconds_of([&] { robot_->MoveS(0.2, 0.05, 0.1, 0, 0); });
   EXPECT_GE(fast_s, 0.1 / 0.25);
   robot_->Speed(20);
