@@ -30,6 +30,7 @@ class Scripts(unittest.TestCase):
             (("scripts/package", "x"), "takes no arguments"),
             (("scripts/lint", "src"), "the only option is --all"),
             (("scripts/standstill", "--sed", "1"), "--sed: the only option is --seed"),
+            (("scripts/test", "-LE", "threads"), "-LE would bring in the tier long"),
             (("scripts/nightly", "moths"), "unknown part 'moths'"),
             (("scripts/same_code", "nosuch"), "'nosuch' is no commit"),
             (("scripts/words", "nofile.md"), "nofile.md: no such file"),
