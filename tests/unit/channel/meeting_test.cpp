@@ -158,7 +158,10 @@ TEST_F(MeetingTest, ASocketThatIsRemovedComesBack) {
   const auto rt = task();
   const auto port = servant();
   const auto channel = connect(*port);
-  std::filesystem::remove_all(directory_);
+  // At once: the task may listen again while remove_all takes file after file.
+  const std::string removed = directory_.string() + ".removed";
+  std::filesystem::rename(directory_, removed);
+  std::filesystem::remove_all(removed);
   for (bool found = false; !found; ::sched_yield()) found = task_runs(name());
   EXPECT_NO_THROW((void)Observer::of(name()));
   EXPECT_TRUE(channel->task_alive());
