@@ -19,7 +19,7 @@ corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
   LIBS corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene
        corbot::config corbot::backends corbot_process corbot_escapes fmt::fmt)
-corbot_test(test_cell_models TIER core
+corbot_test(test_cell_models TIER core SANITIZED_AT_NIGHT
   SOURCES ${models}
   LIBS corbot::cell_pictures corbot::cell_scene corbot::cell_config corbot::sim_scene corbot::config
        corbot::backends corbot_process tinyxml fmt::fmt)
