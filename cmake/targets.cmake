@@ -110,8 +110,8 @@ function(corbot_check_tier test tier)
   endif()
 endfunction()
 
-# The thread sanitizer skips a core program without THREADS, so no source of it may start a thread. A program
-# with SANITIZED_AT_NIGHT may: OpenCV's test has threads, and OpenCV is not instrumented.
+# The thread sanitizer skips a core program without THREADS, so no source of it may start a thread. A test of
+# the camera may: it has threads, and OpenCV is not instrumented.
 function(corbot_check_one_thread name)
   foreach(source IN LISTS ARGN)
     get_filename_component(source ${source} ABSOLUTE)
@@ -150,7 +150,8 @@ endfunction()
 # corbot_test(NAME TIER tier SOURCES… LIBS …) adds one GoogleTest program and registers its cases with ctest
 # under the label of the tier. LONG names cases of the tier long, in the syntax of --gtest_filter: repetitions
 # on a similar device, arm or client. BOTH_ORBS registers them a second time, as orbit2.*, with the servant on
-# ORBit2, if that is built. COMPUTES marks a program that computes for long. Every build optimises these.
+# ORBit2, if that is built. COMPUTES marks a program that computes for long. Release optimises these,
+# and the sanitizers' builds those with SANITIZED_AT_NIGHT: for few cases that costs more than it saves.
 # The other programs mostly wait, and are compiled for a short build. PROCESSORS is the number of ctest's
 # processors that a case takes, of which scripts/common.sh sets six or eight for each of the machine's. The
 # cases of a program that computes run one after another, beside all that wait. With sanitizers each of these
@@ -166,13 +167,15 @@ function(corbot_test name)
   if(CORBOT_SANITIZE AND arg_SANITIZED_AT_NIGHT)
     set(arg_TIER long)
   endif()
-  if(arg_TIER STREQUAL core AND NOT arg_THREADS AND NOT arg_SANITIZED_AT_NIGHT)
+  if(arg_TIER STREQUAL core AND NOT arg_THREADS AND NOT corbot::cell_camera IN_LIST arg_LIBS)
     corbot_check_one_thread(${name} ${arg_SOURCES})
   endif()
   add_executable(${name} ${arg_SOURCES})
   corbot_target(${name})
   if(arg_COMPUTES)
-    corbot_computes(${name})
+    if(arg_SANITIZED_AT_NIGHT)
+      corbot_computes(${name})
+    endif()
   elseif(arg_TIER STREQUAL process)
     corbot_waits_for_processes(${name})
   else()

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "cell/counted_calls.h"
-#include "cell/program.h"
 #include "client/failure.h"
 #include "net/connections.h"
 #include "net/ports.h"
+#include "notify/end_signals.h"
 
 namespace corbot::cell {
 

@@ -17,7 +17,7 @@
 #include "client/help_formatter.h"
 #include "client/number_within.h"
 #include "config/similar.h"
-#include "notify/service_notifier.h"
+#include "notify/end_signals.h"
 
 namespace corbot::cell {
 
@@ -25,13 +25,6 @@ using client::ExitCode;
 using client::Failure;
 
 namespace {
-
-sigset_t end_signals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, number);
-  return signals;
-}
 
 int fail(const Program& program, const std::string& text, ExitCode code) {
   const std::string line = fmt::format("{}: {}\n", program.name, text);
@@ -110,8 +103,7 @@ void check_robot(const CellConfig& cell, const char* option, const std::string& 
 }
 
 int run_program(int argc, char** argv, const Program& program) {
-  const sigset_t signals = end_signals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before any thread starts, since threads inherit the mask
+  block_end_signals();
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);  // a file size limit then is an error of write, as a full disk is
   CLI::App app{program.about, program.name};
@@ -137,16 +129,6 @@ int run_program(int argc, char** argv, const Program& program) {
   } catch (const std::exception& error) {
     return fail(program, error.what(), ExitCode::kInternal);
   }
-}
-
-void run_until_signal(const std::string& ready_line) {
-  ServiceNotifier notifier;
-  fmt::print("{}\n", ready_line);
-  std::fflush(stdout);
-  notifier.ready();
-  const sigset_t signals = end_signals();
-  const timespec moment{0, 200'000'000};
-  while (sigtimedwait(&signals, nullptr, &moment) < 0) notifier.alive();
 }
 
 }  // namespace corbot::cell

@@ -43,9 +43,6 @@ void check_robot(const CellConfig& cell, const char* option, const std::string& 
 /// standard error.
 [[nodiscard]] int run_program(int argc, char** argv, const Program& program);
 
-/// Prints `ready_line`, reports READY=1 and WATCHDOG=1, and returns at a signal that ends the program.
-void run_until_signal(const std::string& ready_line);
-
 /// Makes the directory with mode 0700 if it does not exist. Throws client::Failure on an error, if it belongs
 /// to another user, or if others have access.
 void make_private_directory(const std::filesystem::path& directory);

@@ -15,6 +15,7 @@
 #include "cell/scene/picture_server.h"
 #include "cell/scene/scene_loop.h"
 #include "cell/scene/scene_recorder.h"
+#include "notify/end_signals.h"
 #include "rt/threads/thread_priority.h"
 #include "sim/devices/control_input.h"
 #include "sim/scene/picture.h"
