@@ -10,6 +10,7 @@
 #include <fmt/core.h>
 
 #include "controlled_operations.h"
+#include "support/escaped_exception.h"
 #include "support/giop.h"
 #include "support/ior.h"
 #include "support/paths.h"
@@ -46,7 +47,7 @@ CORBA::ULong no_permission(Call&& call) {
     EXPECT_EQ(e.completed(), CORBA::COMPLETED_NO);
     return e.minor();
   } catch (const CORBA::Exception& e) {
-    ADD_FAILURE() << e._name();
+    ADD_FAILURE() << described(e);
   }
   return 0;
 }

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <regex>
 #include <robot.hh>
+#include <thread>
 
 #include "support/paths.h"
 #include "support/process.h"
@@ -42,6 +43,14 @@ void plant(const Exception& exception, bool in_set_up = false) {
   ::testing::RegisterTest("Escape", exception._name(), nullptr, nullptr, __FILE__, __LINE__, make);
 }
 
+template <class Exception>
+void plant_in_thread(const Exception& exception) {
+  const auto make = [exception]() -> ::testing::Test* {
+    return new Escape([exception] { std::thread([exception] { throw exception; }).join(); }, false);
+  };
+  ::testing::RegisterTest("EscapeOfAThread", "EndsTheProgram", nullptr, nullptr, __FILE__, __LINE__, make);
+}
+
 /// These tests are there in the child process alone.
 const bool is_planted = [] {
   if (std::getenv(kPlanted) == nullptr) return false;
@@ -60,8 +69,14 @@ const bool is_planted = [] {
   plant(Corbot::Empty("tray"));
   plant(Corbot::Full("tray", 12));
   plant(Corbot::Occupied("press", "right", 12.5));
+  plant_in_thread(CORBA::TRANSIENT(omni::TRANSIENT_ConnectFailed, CORBA::COMPLETED_NO));
   return true;
 }();
+
+RunResult run_planted(const std::string& tests) {
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe");
+  return run({program, "--gtest_filter=" + tests}, 60.0, {std::string(kPlanted) + "=1"});
+}
 
 std::string idl(const char* name) {
   std::ifstream file(std::string(CORBOT_SOURCE_DIR "/idl/") + name);
@@ -70,8 +85,7 @@ std::string idl(const char* name) {
 
 TEST(EscapedException, IsPrintedWithItsFields) {
   if (is_planted) GTEST_SKIP() << "skipped: the child has only what was planted";
-  const std::string program = std::filesystem::read_symlink("/proc/self/exe");
-  const RunResult done = run({program, "--gtest_filter=Escape.*"}, 60.0, {std::string(kPlanted) + "=1"});
+  const RunResult done = run_planted("Escape.*");
   EXPECT_EQ(done.code, 1) << done.output << done.errors;
   for (const char* line : {
            "TRANSIENT {minor = TRANSIENT_ConnectFailed (0x41540002), completed = COMPLETED_NO}",
@@ -103,6 +117,14 @@ TEST(EscapedException, IsPrintedWithItsFields) {
           << "not planted: " << file;
     }
   }
+}
+
+TEST(EscapedException, OfAThreadIsPrintedToo) {
+  if (is_planted) GTEST_SKIP() << "skipped: the child has only what was planted";
+  const RunResult done = run_planted("EscapeOfAThread.*");
+  EXPECT_NE(done.code, 0);
+  EXPECT_THAT(done.output, ::testing::HasSubstr("The exception is CORBA's TRANSIENT {minor = "
+                                                "TRANSIENT_ConnectFailed (0x41540002), "));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "support/escaped_exception.h"
 #include "support/robot_rig.h"
 
 namespace corbot::test {
@@ -36,7 +37,7 @@ class Refusals : public RobotRig {
       EXPECT_STRNE(error.reason, "");
       return error;
     } catch (const CORBA::Exception& error) {
-      ADD_FAILURE() << "not BadParameter but " << error._name();
+      ADD_FAILURE() << "not BadParameter but " << described(error);
       return {};
     }
     ADD_FAILURE() << "nothing raised";
@@ -49,7 +50,7 @@ class Refusals : public RobotRig {
     } catch (const Corbot::LimitExceeded& error) {
       return error;
     } catch (const CORBA::Exception& error) {
-      ADD_FAILURE() << "not LimitExceeded but " << error._name();
+      ADD_FAILURE() << "not LimitExceeded but " << described(error);
       return {};
     }
     ADD_FAILURE() << "nothing raised";
@@ -63,7 +64,7 @@ class Refusals : public RobotRig {
       EXPECT_STRNE(error.reason, "");
       return error;
     } catch (const CORBA::Exception& error) {
-      ADD_FAILURE() << "not Unreachable but " << error._name();
+      ADD_FAILURE() << "not Unreachable but " << described(error);
       return {};
     }
     ADD_FAILURE() << "nothing raised";

@@ -5,6 +5,7 @@
 
 #include <cell.hh>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <optional>
 #include <robot.hh>
@@ -84,23 +85,34 @@ std::string system_fields(const CORBA::SystemException& exception) {
   return fmt::format("minor = {}, completed = {}", minor, kCompletion[exception.completed()]);
 }
 
+/// Prints the exception that is being handled, if it is one of CORBA.
+void print_current() {
+  if (std::current_exception() == nullptr) return;
+  try {
+    throw;
+  } catch (const CORBA::Exception& exception) {
+    std::printf("The exception is CORBA's %s\n", described(exception).c_str());
+    std::fflush(stdout);
+  } catch (...) {  // NOLINT(bugprone-empty-catch): nothing is known of it
+  }
+}
+
 /// GoogleTest knows std::exception alone. It reports what else escapes a test in the handler that caught it,
 /// so the exception is still the current one here.
 class EscapePrinter : public ::testing::EmptyTestEventListener {
   void OnTestPartResult(const ::testing::TestPartResult& result) override {
-    const std::exception_ptr current = std::current_exception();
-    const bool is_escape = std::string(result.message()).starts_with("Unknown C++ exception");
-    if (!is_escape || current == nullptr) return;
-    try {
-      std::rethrow_exception(current);
-    } catch (const CORBA::Exception& exception) {
-      std::printf("The exception is CORBA's %s\n", described(exception).c_str());
-      std::fflush(stdout);
-    } catch (...) {
-      return;  // nothing is known of it
-    }
+    if (std::string(result.message()).starts_with("Unknown C++ exception")) print_current();
   }
 };
+
+std::terminate_handler default_terminate = nullptr;
+
+/// The end of a program of which an exception escaped a thread.
+[[noreturn]] void print_and_terminate() {
+  print_current();
+  default_terminate();
+  std::abort();
+}
 
 }  // namespace
 
@@ -117,5 +129,6 @@ std::string described(const CORBA::Exception& exception) {
 extern "C" const bool corbot_prints_escapes;
 extern "C" const bool corbot_prints_escapes = [] {
   ::testing::UnitTest::GetInstance()->listeners().Append(new corbot::test::EscapePrinter);
+  corbot::test::default_terminate = std::set_terminate(corbot::test::print_and_terminate);
   return true;
 }();
