@@ -140,6 +140,18 @@ TEST_F(PlantedBreach, ByASourceThatIsIncludedIsFound) {
   expect_breach("src/robot/link.cpp", "#include \"robot/robot.cpp\"\n", "not included");
 }
 
+TEST_F(PlantedBreach, OfTheLengthOfAFunctionIsFound) {
+  const auto function_of = [](int lines) {
+    std::string text = "int f(int a,\n      int b) {\n";
+    for (int i = 0; i < lines; ++i) text += "  ++a;\n";
+    return text + "}\n";
+  };
+  for (const std::string file : {"rt/cycle/cycle.cpp", "tests/unit/rt/hold_test.cpp"}) {
+    expect_breach(file, function_of(70), ":2: a function of 71 lines");
+    expect_good(file, "namespace {\n" + function_of(69) + function_of(2) + "}\n");
+  }
+}
+
 TEST_F(PlantedBreach, ByAShortNameWithoutUseIsFound) {
   const std::string name = "src/cell/frames.cpp";
   expect_breach(name, "using Eigen::Vector3d;\n", "Vector3d is not used");

@@ -35,57 +35,72 @@ class ControlledCalls : public CalledRobot {
     const std::string key = acquire_briefly();
     return !key.empty() && drive(key, 80.0, 2.0) == CORBOT_OK;
   }
+  using Call = std::function<corbot_status(const corbot_caller*, corbot_error*)>;
+  /// The calls that are refused to all but the holder.
+  std::map<std::string, Call> calls_of_a_holder() {
+    corbot_robot* const robot = called_.get();
+    const double p_m[3] = {0.2, 0.0, 0.2};
+    const double joints_deg[4] = {0.0, 60.0, 60.0, 0.0};
+    const corbot_tool_pose pose = {{0.0, 0.0, -0.01}, {1.0, 0.0, 0.0, 0.0}};
+    const corbot_tool_pose frame{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
+    return {
+        {"Move",
+         [=, this](auto* c, auto* e) { return corbot_robot_move(robot, c, p_m, 0.0, 0.0, &ticket_, e); }},
+        {"MoveS",
+         [=, this](auto* c, auto* e) { return corbot_robot_move_s(robot, c, p_m, 0.0, 0.0, &ticket_, e); }},
+        {"MoveC",
+         [=, this](auto* c, auto* e) { return corbot_robot_move_c(robot, c, p_m, p_m, p_m, &ticket_, e); }},
+        {"MoveJoints",
+         [=, this](auto* c, auto* e) {
+           return corbot_robot_move_joints(robot, c, joints_deg, 4, 0.0, &ticket_, e);
+         }},
+        {"Drive",
+         [=, this](auto* c, auto* e) { return corbot_robot_drive(robot, c, 0, 1.0, 10.0, &ticket_, e); }},
+        {"Ready", [=, this](auto* c, auto* e) { return corbot_robot_ready(robot, c, &ticket_, e); }},
+        {"Delay", [=, this](auto* c, auto* e) { return corbot_robot_delay(robot, c, 0.01, &ticket_, e); }},
+        {"Open", [=, this](auto* c, auto* e) { return corbot_robot_open_gripper(robot, c, &ticket_, e); }},
+        {"Close", [=, this](auto* c, auto* e) { return corbot_robot_close_gripper(robot, c, &ticket_, e); }},
+        {"Cancel", [=, this](auto* c, auto* e) { return corbot_robot_cancel(robot, c, ticket_, e); }},
+        {"Pause", [=, this](auto* c, auto* e) { return corbot_robot_pause(robot, c, e); }},
+        {"Resume", [=, this](auto* c, auto* e) { return corbot_robot_resume(robot, c, e); }},
+        {"Override", [=, this](auto* c, auto* e) { return corbot_robot_set_override(robot, c, 50.0, e); }},
+        {"Speed", [=, this](auto* c, auto* e) { return corbot_robot_speed(robot, c, 50.0, e); }},
+        {"ArtSpeed", [=, this](auto* c, auto* e) { return corbot_robot_art_speed(robot, c, 0, 50.0, e); }},
+        {"AllSpeed", [=, this](auto* c, auto* e) { return corbot_robot_all_speed(robot, c, 50.0, e); }},
+        {"SetToolFrame",
+         [=, this](auto* c, auto* e) { return corbot_robot_set_tool_frame(robot, c, &frame, e); }},
+        {"SetBaseFrame",
+         [=, this](auto* c, auto* e) { return corbot_robot_set_base_frame(robot, c, &frame, e); }},
+        {"ResetFrames", [=, this](auto* c, auto* e) { return corbot_robot_reset_frames(robot, c, e); }},
+        {"SetToolPitch",
+         [=, this](auto* c, auto* e) { return corbot_robot_set_tool_pitch(robot, c, -30.0, e); }},
+        {"MovePose",
+         [=, this](auto* c, auto* e) { return corbot_robot_move_pose(robot, c, &pose, 0.0, &ticket_, e); }},
+        {"MovePoseS",
+         [=, this](auto* c, auto* e) { return corbot_robot_move_pose_s(robot, c, &pose, 0.0, &ticket_, e); }},
+        {"MoveRelative",
+         [=, this](auto* c, auto* e) {
+           return corbot_robot_move_relative(robot, c, &pose, CORBOT_OFFSET_IN_TOOL, 0.0, &ticket_, e);
+         }},
+        {"MoveRelativeS",
+         [=, this](auto* c, auto* e) {
+           return corbot_robot_move_relative_s(robot, c, &pose, CORBOT_OFFSET_IN_BASE, 0.0, &ticket_, e);
+         }},
+        {"SetToolOrientation",
+         [=, this](auto* c, auto* e) {
+           return corbot_robot_set_tool_orientation(robot, c, pose.orientation, e);
+         }},
+        {"ResetToolOrientation",
+         [=, this](auto* c, auto* e) { return corbot_robot_reset_tool_orientation(robot, c, e); }},
+    };
+  }
 };
 
 TEST_F(ControlledCalls, OnlyTheHolderMovesAndSets) {
   open_at_rest();
   const std::string key = acquire("cell", kLong_s);
   corbot_robot* const robot = called_.get();
-  const double p_m[3] = {0.2, 0.0, 0.2};
-  const double joints_deg[4] = {0.0, 60.0, 60.0, 0.0};
-  const corbot_tool_pose pose = {{0.0, 0.0, -0.01}, {1.0, 0.0, 0.0, 0.0}};
-  const corbot_tool_pose frame{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}};
-  corbot_ticket ticket = 0;
-  using Call = std::function<corbot_status(const corbot_caller*, corbot_error*)>;
-  const std::map<std::string, Call> calls{
-      {"Move", [&](auto* c, auto* e) { return corbot_robot_move(robot, c, p_m, 0.0, 0.0, &ticket, e); }},
-      {"MoveS", [&](auto* c, auto* e) { return corbot_robot_move_s(robot, c, p_m, 0.0, 0.0, &ticket, e); }},
-      {"MoveC", [&](auto* c, auto* e) { return corbot_robot_move_c(robot, c, p_m, p_m, p_m, &ticket, e); }},
-      {"MoveJoints",
-       [&](auto* c, auto* e) { return corbot_robot_move_joints(robot, c, joints_deg, 4, 0.0, &ticket, e); }},
-      {"Drive", [&](auto* c, auto* e) { return corbot_robot_drive(robot, c, 0, 1.0, 10.0, &ticket, e); }},
-      {"Ready", [&](auto* c, auto* e) { return corbot_robot_ready(robot, c, &ticket, e); }},
-      {"Delay", [&](auto* c, auto* e) { return corbot_robot_delay(robot, c, 0.01, &ticket, e); }},
-      {"Open", [&](auto* c, auto* e) { return corbot_robot_open_gripper(robot, c, &ticket, e); }},
-      {"Close", [&](auto* c, auto* e) { return corbot_robot_close_gripper(robot, c, &ticket, e); }},
-      {"Cancel", [&](auto* c, auto* e) { return corbot_robot_cancel(robot, c, ticket, e); }},
-      {"Pause", [&](auto* c, auto* e) { return corbot_robot_pause(robot, c, e); }},
-      {"Resume", [&](auto* c, auto* e) { return corbot_robot_resume(robot, c, e); }},
-      {"Override", [&](auto* c, auto* e) { return corbot_robot_set_override(robot, c, 50.0, e); }},
-      {"Speed", [&](auto* c, auto* e) { return corbot_robot_speed(robot, c, 50.0, e); }},
-      {"ArtSpeed", [&](auto* c, auto* e) { return corbot_robot_art_speed(robot, c, 0, 50.0, e); }},
-      {"AllSpeed", [&](auto* c, auto* e) { return corbot_robot_all_speed(robot, c, 50.0, e); }},
-      {"SetToolFrame", [&](auto* c, auto* e) { return corbot_robot_set_tool_frame(robot, c, &frame, e); }},
-      {"SetBaseFrame", [&](auto* c, auto* e) { return corbot_robot_set_base_frame(robot, c, &frame, e); }},
-      {"ResetFrames", [&](auto* c, auto* e) { return corbot_robot_reset_frames(robot, c, e); }},
-      {"SetToolPitch", [&](auto* c, auto* e) { return corbot_robot_set_tool_pitch(robot, c, -30.0, e); }},
-      {"MovePose",
-       [&](auto* c, auto* e) { return corbot_robot_move_pose(robot, c, &pose, 0.0, &ticket, e); }},
-      {"MovePoseS",
-       [&](auto* c, auto* e) { return corbot_robot_move_pose_s(robot, c, &pose, 0.0, &ticket, e); }},
-      {"MoveRelative",
-       [&](auto* c, auto* e) {
-         return corbot_robot_move_relative(robot, c, &pose, CORBOT_OFFSET_IN_TOOL, 0.0, &ticket, e);
-       }},
-      {"MoveRelativeS",
-       [&](auto* c, auto* e) {
-         return corbot_robot_move_relative_s(robot, c, &pose, CORBOT_OFFSET_IN_BASE, 0.0, &ticket, e);
-       }},
-      {"SetToolOrientation",
-       [&](auto* c, auto* e) { return corbot_robot_set_tool_orientation(robot, c, pose.orientation, e); }},
-      {"ResetToolOrientation",
-       [&](auto* c, auto* e) { return corbot_robot_reset_tool_orientation(robot, c, e); }},
-  };
+  const std::map<std::string, Call> calls = calls_of_a_holder();
   corbot_caller anyone = caller(public_);
   const std::string wrong(32, 'f');
   corbot_caller guesser = caller(wrong);

@@ -44,6 +44,47 @@ class Hold : public ::testing::Test {
     return codes;
   }
 
+  /// Does one of many things, or nothing.
+  void disturb(std::mt19937_64& random) {
+    const auto one_of = [&](std::uint64_t count) { return random() % count; };
+    switch (one_of(40)) {
+      case 0:
+        go({0.1 * static_cast<double>(one_of(8)), 1.2, 1.5, 0.5});
+        break;
+      case 1: {  // of any epoch and any task
+        Command command =
+            rig.stamp(std::get<std::vector<Command>>(rig.planner.dwell(rig.start(), 0.1)).front());
+        command.epoch = random();
+        command.incarnation = static_cast<std::uint32_t>(random());
+        rig.push(command);
+        break;
+      }
+      case 2:
+        rig.stop();
+        break;
+      case 3:
+        rig.pause(one_of(2) == 0);
+        break;
+      case 4:
+        rig.override_to(one_of(2) == 0 ? 1.0 : 0.01);
+        break;
+      case 5:
+        rig.cancel(1, random());
+        break;
+      case 6:
+        if (one_of(20) == 0) rig.restart();
+        break;
+      case 7:
+        rig.servant_responds = one_of(2) == 0;
+        break;
+      case 8:
+        rig.servant->control.hold_count.fetch_add(1);
+        break;
+      default:
+        break;
+    }
+  }
+
   Rig rig;
 };
 
@@ -272,42 +313,7 @@ TEST_F(Hold, NothingBeginsWhileHeld) {
     bool at_rest = false;
     Joints rest{};
     for (int i = 0; i < 3000; ++i) {
-      switch (one_of(40)) {
-        case 0:
-          go({0.1 * static_cast<double>(one_of(8)), 1.2, 1.5, 0.5});
-          break;
-        case 1: {  // of any epoch and any task
-          Command command =
-              rig.stamp(std::get<std::vector<Command>>(rig.planner.dwell(rig.start(), 0.1)).front());
-          command.epoch = random();
-          command.incarnation = static_cast<std::uint32_t>(random());
-          rig.push(command);
-          break;
-        }
-        case 2:
-          rig.stop();
-          break;
-        case 3:
-          rig.pause(one_of(2) == 0);
-          break;
-        case 4:
-          rig.override_to(one_of(2) == 0 ? 1.0 : 0.01);
-          break;
-        case 5:
-          rig.cancel(1, random());
-          break;
-        case 6:
-          if (one_of(20) == 0) rig.restart();
-          break;
-        case 7:
-          rig.servant_responds = one_of(2) == 0;
-          break;
-        case 8:
-          rig.servant->control.hold_count.fetch_add(1);
-          break;
-        default:
-          break;
-      }
+      disturb(random);
       rig.step();
       ASSERT_TRUE(is_held());
       ASSERT_LE(rig.snapshot.command_id, last_begun) << "cycle " << i;
