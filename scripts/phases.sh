@@ -33,7 +33,9 @@ check_left_over() {
     # The socket of a running robot is not a test's remains; the check for our processes follows below.
     grep -qF "/${socket##*/}" /proc/net/unix || left+="$socket "
   done
-  # Fixtures' directories; that of the sockets stays.
+  # Fixtures' directories, here and beside the programs; that of the sockets stays.
+  left+=$(find build/{release,asan,tsan}/tests -mindepth 1 -maxdepth 1 -type d -name '*-*' -newer "$stamp" \
+            2> /dev/null || true)
   left+=$(find "${TMPDIR:-/tmp}" -maxdepth 1 -user "$(id -u)" -name 'corbot-*' -newer "$stamp" \
             ! -name "corbot-$(id -u)" 2> /dev/null || true)
   [ -z "$left" ] || fail "left behind: $left"

@@ -136,7 +136,10 @@ double seconds_of(const std::function<void()>& f) {
 /// and hardly during each of five.
 double first_below(double limit, const std::function<double()>& measure) {
   double value = measure();
-  for (int i = 1; i < 5 && !(value < limit); ++i) value = measure();
+  for (int i = 1; i < 5 && !(value < limit); ++i) {
+    std::cout << value << " is not below " << limit << ": once more\n";
+    value = measure();
+  }
   return value;
 }
 
@@ -162,8 +165,10 @@ TEST_F(ForeignRobot, MovesFreelyAlongLinesAndArcs) {
     (void)arm_->take_track();
     robot_->MoveS(0.2, -0.05, 0.06, 0, 0);
     expect_at({0.2, -0.05, 0.06});
+    const std::vector<Vector3d> track = arm_->take_track();
+    EXPECT_FALSE(track.empty());
     double off_m = 0;
-    for (const Vector3d& point : arm_->take_track()) off_m = std::max(off_m, line.distance(point));
+    for (const Vector3d& point : track) off_m = std::max(off_m, line.distance(point));
     return off_m;
   });
   EXPECT_LT(off_line_m, kNear_m);

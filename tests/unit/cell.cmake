@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# The first program tests the cell's rooms that have threads, the second one the others, each in one process.
-# The third one tests each program of the cell.
+# The first program tests the cell's rooms that have threads or that read bytes of others, the second one the
+# other rooms, each in one process. The third one tests each program of the cell.
 if(NOT TARGET corbot_cell_store OR NOT TARGET corbot-scene)
   return()
 endif()
@@ -11,10 +11,10 @@ list(FILTER sources EXCLUDE REGEX ${clients_REGEX})
 set(programs ${sources})
 list(FILTER sources EXCLUDE REGEX ${parts_REGEX})
 list(FILTER programs INCLUDE REGEX ${parts_REGEX})
-set(threads_REGEX "/cell_(store|worker)/|/scene_test|/activity_test")
+set(first_REGEX "/cell_(store|worker)/|/(activity|config|scene|scene_record|servo_socket)_test")
 set(models ${sources})
-list(FILTER sources INCLUDE REGEX ${threads_REGEX})
-list(FILTER models EXCLUDE REGEX ${threads_REGEX})
+list(FILTER sources INCLUDE REGEX ${first_REGEX})
+list(FILTER models EXCLUDE REGEX ${first_REGEX})
 corbot_test(test_cell TIER core THREADS
   SOURCES ${sources} cell_worker/fake_cell.cpp
   LIBS corbot::cell_scene corbot::cell_store corbot::cell_worker corbot::cell_config corbot::sim_scene

@@ -1,8 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The scripts answer --help at once, and refuse what they cannot do."""
+"""The scripts answer --help at once, and refuse what they cannot do. The gate finds what tests left behind."""
+import os
 import pathlib
 import subprocess
+import tempfile
+import time
 import unittest
 
 TOP = pathlib.Path(__file__).resolve().parents[3]
@@ -39,6 +42,25 @@ class Scripts(unittest.TestCase):
                 answer = run(*words)
                 self.assertNotEqual(answer.returncode, 0)
                 self.assertIn(why, answer.stdout + answer.stderr)
+
+    def test_what_tests_left_behind_is_named(self):
+        with tempfile.TemporaryDirectory() as directory:
+            check = (f". {TOP}/scripts/common.sh; . {TOP}/scripts/phases.sh; cd {directory}; git init -q; "
+                     f"changed=$(git status --porcelain); stamp={directory}/began; check_left_over")
+            environment = os.environ | {"TMPDIR": directory}
+            for left in ("build/release/tests/audit-1", "build/tsan/tests/state-2", "corbot-3"):
+                path = pathlib.Path(directory, left)
+                path.mkdir(parents=True)
+                for age_s, status in ((10, 1), (-10, 0)):
+                    with self.subTest(left, age_s=age_s):
+                        began = pathlib.Path(directory, "began")
+                        began.touch()
+                        os.utime(began, (time.time() - age_s,) * 2)
+                        answer = subprocess.run(["bash", "-c", check], env=environment, capture_output=True,
+                                                text=True, timeout=60)
+                        self.assertEqual(answer.returncode, status, answer.stderr)
+                        self.assertEqual(left in answer.stderr, bool(status))
+                path.rmdir()
 
 
 if __name__ == "__main__":

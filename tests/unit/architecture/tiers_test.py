@@ -52,6 +52,13 @@ class Tiers(unittest.TestCase):
                           configured(f"corbot_test(t TIER core{night} SOURCES t.cpp)", thread))
         self.assertEqual(configured("corbot_test(t TIER core THREADS SOURCES t.cpp)", thread), "")
 
+    def test_the_gate_runs_no_long_test_for_its_threads(self):
+        label = ("function(corbot_discover name prefix cases label)\n  message(FATAL_ERROR ${label}!)\n"
+                 "endfunction()\n")
+        for tier, expected in (("long", "long!"), ("core", "core-threads!")):
+            self.assertIn(f" {expected} ",
+                          configured(f"{label}corbot_test(t TIER {tier} THREADS SOURCES t.cpp)"))
+
 
 if __name__ == "__main__":
     CMAKE = sys.argv.pop(1)
