@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The scripts answer --help at once, and refuse what they cannot do. The gate finds what tests left behind."""
+"""The scripts answer --help and refuse what they cannot do. The gate finds what tests left behind."""
 import os
 import pathlib
 import subprocess
