@@ -14,6 +14,7 @@
 
 #include "config/load_profile.h"
 #include "config/segment_fingerprint.h"
+#include "corbot/standard_streams.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
 #include "rt/cycle_settings.h"

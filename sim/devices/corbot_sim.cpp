@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "corbot/standard_streams.h"
 #include "sim/devices/cia402_server.h"
 #include "sim/devices/maestro_device.h"
 #include "sim/devices/node_commands.h"

@@ -23,7 +23,7 @@ class OrbServer {
   [[nodiscard]] CORBA::ORB_ptr orb() const { return orb_.in(); }
   /// Registers an object. `servant` must outlive the ORB. Its calls start with serve().
   void activate(const std::string& key, PortableServer::Servant servant);
-  /// Carries out calls until SIGINT, SIGTERM or SIGHUP; all threads block these signals (run_program). Prints
+  /// Carries out calls until a signal of end_signals.h; all threads block these signals (run_program). Prints
   /// "ready CORBALOC" of `key` at the first port, and reports READY=1 and WATCHDOG=1.
   void serve(const std::string& key);
 

@@ -36,6 +36,7 @@
 #include "client/number.h"
 #include "client/number_within.h"
 #include "config/similar.h"
+#include "corbot/standard_streams.h"
 
 namespace {
 

@@ -13,7 +13,11 @@ namespace {
 sigset_t end_signals() {
   sigset_t signals;
   sigemptyset(&signals);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&signals, number);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  struct sigaction of_parent {};
+  sigaction(SIGHUP, nullptr, &of_parent);
+  if (of_parent.sa_handler != SIG_IGN) sigaddset(&signals, SIGHUP);  // started by nohup
   return signals;
 }
 
@@ -28,10 +32,12 @@ void run_until_signal(const std::string& ready_line) {
   ServiceNotifier notifier;
   std::puts(ready_line.c_str());
   std::fflush(stdout);
-  notifier.ready();
   const sigset_t signals = end_signals();
   const timespec moment{0, 200'000'000};
-  while (sigtimedwait(&signals, nullptr, &moment) < 0) notifier.alive();
+  do {
+    notifier.ready();  // again, if the supervisor's queue was full
+    notifier.alive();
+  } while (sigtimedwait(&signals, nullptr, &moment) < 0);
 }
 
 }  // namespace corbot

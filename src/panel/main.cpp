@@ -26,6 +26,7 @@
 #include "client/notice.h"
 #include "client/number_within.h"
 #include "client/stop_on_signal.h"
+#include "corbot/standard_streams.h"
 #include "panel/cell_port.h"
 #include "panel/corba_port.h"
 #include "panel/server.h"

@@ -9,6 +9,7 @@
 #include "cli_rig.h"
 #include "support/emulated_drives.h"
 #include "support/paths.h"
+#include "support/ports.h"
 
 namespace corbot::test {
 namespace {
@@ -76,7 +77,8 @@ class Home : public CliRig {
 };
 
 TEST_F(Home, IsAskedForAndLetsTheRobotStart) {
-  const auto refused = begin({"up", profile_, "--name", name_});
+  const std::string endpoint = "127.0.0.1:" + std::to_string(free_port());
+  const auto refused = begin({"up", profile_, "--name", name_, "--endpoint", endpoint});
   EXPECT_TRUE(wait_until(within(30),
                          [&] {
                            const std::string said = refused->output() + refused->errors();

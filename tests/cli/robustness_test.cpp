@@ -62,6 +62,57 @@ class Robustness : public CliRig {
   }
 };
 
+const std::vector<std::string> kWithoutStreams{"/bin/sh", "-c", "exec \"$@\" <&- >&- 2>&-", "sh"};
+
+/// Returns the file of a standard stream of a process, "" for a closed one.
+std::string stream_of(pid_t pid, int stream) {
+  std::error_code error;
+  return fs::read_symlink("/proc/" + std::to_string(pid) + "/fd/" + std::to_string(stream), error).string();
+}
+
+TEST_F(Robustness, WithoutStandardStreamsNoSegmentGetsTheirNumber) {
+  supervisor_ = begin_in(kWithoutStreams, up_command());
+  ASSERT_TRUE(wait_until(within(30), [&] { return corbot({"status"}).code == 0; }));
+  for (const char* key : {"pid", "rt_pid", "servant_pid"}) {
+    for (int stream = 0; stream < 3; ++stream)
+      EXPECT_THAT(stream_of(pid_of(key), stream), testing::AnyOf("/dev/null", HasSubstr("pipe:")))
+          << key << ", stream " << stream;
+  }
+  ASSERT_EQ(::kill(pid_of("servant_pid"), SIGSTOP), 0);
+  const RunResult stopped = corbot({"stop"});
+  EXPECT_EQ(stopped.code, 0) << stopped.output << stopped.errors;
+  EXPECT_EQ(::kill(pid_of("servant_pid"), SIGCONT), 0);
+  EXPECT_EQ(corbot({"down"}).code, 0);
+}
+
+TEST_F(Robustness, WithoutStandardStreamsEachProgramKeepsTheirNumbers) {
+  const std::string ports = std::to_string(free_ports(8));
+  const std::string state = directory_.string();
+  const std::vector<std::vector<std::string>> programs{
+      {"corbot-rt", CORBOT_TEST_PROFILE, "--name", name_, "--state-dir", state},
+      {"corbot-sim", "ssc32", "--pty", state + "/tty"},
+      {"corbot-store", CORBOT_CELL "/cell.toml", "--ports", ports, "--state-dir", state + "/store"},
+      {"corbot-scene", CORBOT_CELL "/cell.toml", "--ports", ports, "--state-dir", state + "/scene"},
+  };
+  for (std::vector<std::string> words : programs) {
+    const std::string name = words.front();
+    words.front() = CORBOT_BIN_DIR "/" + name;
+    if (!fs::exists(words.front())) continue;  // left out of this build
+    std::vector<std::string> command = kWithoutStreams;
+    command.insert(command.end(), words.begin(), words.end());
+    Process process(command, environment());
+    const std::vector<std::string> kept(3, "/dev/null");
+    std::vector<std::string> streams;
+    EXPECT_TRUE(wait_until(
+        within(20),
+        [&] {
+          streams = {stream_of(process.pid(), 0), stream_of(process.pid(), 1), stream_of(process.pid(), 2)};
+          return streams == kept;
+        }))
+        << name << ": " << testing::PrintToString(streams);
+  }
+}
+
 TEST_F(Robustness, TheLossOfTheStateDirectoryEndsNothing) {
   up();
   const pid_t rt = pid_of("rt_pid");

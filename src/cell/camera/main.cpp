@@ -14,6 +14,7 @@
 #include "cell/program.h"
 #include "cell/store/store_servant.h"
 #include "client/failure.h"
+#include "corbot/standard_streams.h"
 
 namespace corbot::cell {
 namespace {

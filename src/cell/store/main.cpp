@@ -3,6 +3,7 @@
 #include "cell/orb_server.h"
 #include "cell/program.h"
 #include "cell/store/store_servant.h"
+#include "corbot/standard_streams.h"
 
 namespace corbot::cell {
 namespace {

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "corbot/standard_streams.h"
 #include "net/arrivals.h"
 #include "net/endpoint.h"
 #include "net/giop_probe.h"

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "corbot/standard_streams.h"
 #include "net/arrivals.h"
 #include "net/connections.h"
 #include "net/giop_probe.h"

@@ -2,13 +2,20 @@
 // Tests the program with a whole robot at its controller's socket: a program of motions brings a piece.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 
+#include <cstddef>
 #include <fstream>
+#include <string_view>
+#include <thread>
 
 #include "cell/cell_config.h"
 #include "cell/scene_record.h"
 #include "cli/cli_rig.h"
 #include "config/load_profile.h"
+#include "shm/descriptor.h"
 #include "support/paths.h"
 
 namespace corbot::test {
@@ -80,6 +87,39 @@ TEST_F(SceneProgramTest, ARobotAtItsSocketBringsAPiece) {
       scene.wait_line("end ", within(30)).value_or(""),
       HasSubstr("end pallet1=0 store1=1 pallet2=0 elsewhere=0 held=0 fallen=0 touches=0 nearest_mm="));
   EXPECT_EQ(scene.wait(within(30)), 0) << scene.errors();
+}
+
+TEST_F(SceneProgramTest, GoesOnAfterAHangUpUnderNohup) {
+  Process scene({"/bin/sh", "-c", "trap '' HUP; exec \"$@\"", "sh", CORBOT_BIN_DIR "/corbot-scene",
+                 CORBOT_TEST_PROFILES "/cell/cell.toml", "--state-dir", directory_ / "cell"});
+  ASSERT_TRUE(scene.wait_line("ready", within(30))) << scene.errors();
+  scene.signal(SIGHUP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));  // it looks every 200 ms
+  EXPECT_TRUE(scene.running());
+  scene.signal(SIGTERM);
+  EXPECT_EQ(scene.wait(within(30)), 0) << scene.errors();
+}
+
+TEST_F(SceneProgramTest, IsReportedReadyOnceTheSupervisorReads) {
+  const std::string name = "@" + unique_name("supervisor");
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  name.copy(address.sun_path + 1, name.size() - 1, 1);
+  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + name.size());
+  const auto* const to = reinterpret_cast<const sockaddr*>(&address);
+  const Descriptor supervisor(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const Descriptor other(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  ASSERT_EQ(::bind(supervisor.get(), to, size), 0);
+  while (::sendto(other.get(), "full", 4, 0, to, size) == 4) continue;
+  Process scene({CORBOT_BIN_DIR "/corbot-scene", CORBOT_TEST_PROFILES "/cell/cell.toml", "--state-dir",
+                 directory_ / "cell"},
+                {"NOTIFY_SOCKET=" + name});
+  ASSERT_TRUE(scene.wait_line("ready", within(30))) << scene.errors();
+  EXPECT_TRUE(wait_until(within(10), [&] {
+    char text[64];
+    const ssize_t count = ::recv(supervisor.get(), text, sizeof(text), 0);
+    return count > 0 && std::string_view(text, static_cast<std::size_t>(count)) == "READY=1";
+  }));
 }
 
 }  // namespace
