@@ -61,19 +61,16 @@ class ControlledCalls : public CalledRobot {
         {"Open", [=, this](auto* c, auto* e) { return corbot_robot_open_gripper(robot, c, &ticket_, e); }},
         {"Close", [=, this](auto* c, auto* e) { return corbot_robot_close_gripper(robot, c, &ticket_, e); }},
         {"Cancel", [=, this](auto* c, auto* e) { return corbot_robot_cancel(robot, c, ticket_, e); }},
-        {"Pause", [=, this](auto* c, auto* e) { return corbot_robot_pause(robot, c, e); }},
-        {"Resume", [=, this](auto* c, auto* e) { return corbot_robot_resume(robot, c, e); }},
-        {"Override", [=, this](auto* c, auto* e) { return corbot_robot_set_override(robot, c, 50.0, e); }},
-        {"Speed", [=, this](auto* c, auto* e) { return corbot_robot_speed(robot, c, 50.0, e); }},
-        {"ArtSpeed", [=, this](auto* c, auto* e) { return corbot_robot_art_speed(robot, c, 0, 50.0, e); }},
-        {"AllSpeed", [=, this](auto* c, auto* e) { return corbot_robot_all_speed(robot, c, 50.0, e); }},
-        {"SetToolFrame",
-         [=, this](auto* c, auto* e) { return corbot_robot_set_tool_frame(robot, c, &frame, e); }},
-        {"SetBaseFrame",
-         [=, this](auto* c, auto* e) { return corbot_robot_set_base_frame(robot, c, &frame, e); }},
-        {"ResetFrames", [=, this](auto* c, auto* e) { return corbot_robot_reset_frames(robot, c, e); }},
-        {"SetToolPitch",
-         [=, this](auto* c, auto* e) { return corbot_robot_set_tool_pitch(robot, c, -30.0, e); }},
+        {"Pause", [=](auto* c, auto* e) { return corbot_robot_pause(robot, c, e); }},
+        {"Resume", [=](auto* c, auto* e) { return corbot_robot_resume(robot, c, e); }},
+        {"Override", [=](auto* c, auto* e) { return corbot_robot_set_override(robot, c, 50.0, e); }},
+        {"Speed", [=](auto* c, auto* e) { return corbot_robot_speed(robot, c, 50.0, e); }},
+        {"ArtSpeed", [=](auto* c, auto* e) { return corbot_robot_art_speed(robot, c, 0, 50.0, e); }},
+        {"AllSpeed", [=](auto* c, auto* e) { return corbot_robot_all_speed(robot, c, 50.0, e); }},
+        {"SetToolFrame", [=](auto* c, auto* e) { return corbot_robot_set_tool_frame(robot, c, &frame, e); }},
+        {"SetBaseFrame", [=](auto* c, auto* e) { return corbot_robot_set_base_frame(robot, c, &frame, e); }},
+        {"ResetFrames", [=](auto* c, auto* e) { return corbot_robot_reset_frames(robot, c, e); }},
+        {"SetToolPitch", [=](auto* c, auto* e) { return corbot_robot_set_tool_pitch(robot, c, -30.0, e); }},
         {"MovePose",
          [=, this](auto* c, auto* e) { return corbot_robot_move_pose(robot, c, &pose, 0.0, &ticket_, e); }},
         {"MovePoseS",
@@ -87,11 +84,9 @@ class ControlledCalls : public CalledRobot {
            return corbot_robot_move_relative_s(robot, c, &pose, CORBOT_OFFSET_IN_BASE, 0.0, &ticket_, e);
          }},
         {"SetToolOrientation",
-         [=, this](auto* c, auto* e) {
-           return corbot_robot_set_tool_orientation(robot, c, pose.orientation, e);
-         }},
+         [=](auto* c, auto* e) { return corbot_robot_set_tool_orientation(robot, c, pose.orientation, e); }},
         {"ResetToolOrientation",
-         [=, this](auto* c, auto* e) { return corbot_robot_reset_tool_orientation(robot, c, e); }},
+         [=](auto* c, auto* e) { return corbot_robot_reset_tool_orientation(robot, c, e); }},
     };
   }
 };
