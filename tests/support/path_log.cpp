@@ -182,7 +182,8 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
   Following result;
   Joints at{};
   std::vector<bool> known(arm.dof, false);
-  const auto window_ns = static_cast<std::int64_t>(window_s * 1e9);
+  // In cycles: a frame that waited while the machine stood still is no older, however long that was.
+  const auto window = std::lround(window_s / period_s(path));
   // A device that gets fewer frames than its servos could take interpolates: it cuts the corners of the path.
   const double acceleration_m = acceleration(path);
   const auto chord_m = [&](double time_s) { return acceleration_m * time_s * time_s / 8.0; };
@@ -198,13 +199,12 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
     const bool is_last_of_instant = i + 1 == outputs.size() || outputs[i + 1].time_ns != outputs[i].time_ns;
     const std::int64_t now_ns = outputs[i].time_ns;
     if (!is_last_of_instant || std::count(known.begin(), known.end(), true) != arm.dof) continue;
-    const auto first = std::lower_bound(path.begin(), path.end(), now_ns - window_ns, is_before);
     const auto last = std::lower_bound(path.begin(), path.end(), now_ns, is_before);
-    if (first == last || first == path.begin()) continue;  // before the log began
+    if (last - path.begin() <= window) continue;  // before the log began
     const Point tcp = tool_pose(arm.kinematics, at).position_m;
     double nearest_m = HUGE_VAL;
     std::int64_t passed_ns = now_ns;
-    for (auto point = first; point != last; ++point) {
+    for (auto point = last - window; point != last; ++point) {
       const double distance = distance_m(tcp, std::prev(point)->tool.position_m, point->tool.position_m);
       if (distance > nearest_m) continue;
       nearest_m = distance;

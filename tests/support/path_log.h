@@ -42,8 +42,8 @@ struct Following {
       -1.0};  ///< the largest excess of the former over the latter, and what a late output cuts off
 };
 
-/// Compares the TCP of a device's outputs with the set-points of the last `window_s` before each output. The
-/// nearest set-point counts, for a device is behind the cycle, never ahead of it.
+/// Compares the TCP of a device's outputs with the set-points before each output: those of as many cycles as
+/// fit into `window_s`. The nearest set-point counts, for a device is behind the cycle, never ahead of it.
 Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
                     const std::vector<Output>& outputs, const DeviceFacts& facts, double window_s);
 
