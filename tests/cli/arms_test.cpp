@@ -77,6 +77,26 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
 }
 
+/// Whatever tool frame a client has set: along the gripper, raw, tilted in the arm's plane, or out of it.
+TEST_F(Arms, OfFourJointsTakeThePoseThatStatusShows) {
+  up({}, profile_path("lynx5"));
+  ASSERT_EQ(corbot({"joints", "20", "-10", "15", "5"}).code, 0);
+  for (const std::vector<std::string>& frame : {std::vector<std::string>{},
+                                                {"1", "0", "0", "0"},
+                                                {"0.6", "0", "0", "0.8"},
+                                                {"0.6", "0", "0.8", "0"}}) {
+    std::vector<std::string> tool{"tool", "0.02", "0", "0.01"};
+    tool.insert(tool.end(), frame.begin(), frame.end());
+    ASSERT_EQ(corbot(tool).code, 0);
+    const auto shown = status().at("tool");
+    std::vector<std::string> pose{"movepose"};
+    for (const char* key : {"x_m", "y_m", "z_m", "a_deg", "b_deg", "c_deg"})
+      pose.push_back(fmt::format("{}", shown.at(key).get<double>()));
+    const RunResult moved = corbot(pose);
+    EXPECT_EQ(moved.code, 0) << moved.errors << shown.dump();
+  }
+}
+
 TEST_F(Arms, OnATableDoNotGoThroughIt) {
   up({}, put("arm.toml", read_profile_text(CORBOT_TEST_PROFILE) + "\n[workspace]\nfloor_m = 0.0\n"));
   ASSERT_EQ(corbot({"pitch", "-80"}).code, 0);

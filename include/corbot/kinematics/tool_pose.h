@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "corbot/kinematics/arm_kinematics.h"
@@ -18,7 +19,7 @@ struct ToolPose {
   Vector3 position_m{};
   double yaw_rad{};    ///< for an arm with a tool pitch: heading of its plane, as its first joint counts it
   double pitch_rad{};  ///< above the horizontal, positive upward; beyond ±90 degrees the tool is upside down
-  double roll_rad{};   ///< 0 for an arm with a tool pitch
+  double roll_rad{};   ///< for an arm with a tool pitch: as the tool frame has it, 0 for the paper's
 };
 
 namespace detail {
@@ -33,6 +34,13 @@ namespace detail {
 /// inclinations then count downward.
 [[nodiscard]] inline double sign_of_pitch(const PlanarArm& planar) noexcept {
   return rotate(planar.mount.base.orientation, {0.0, 0.0, 1.0})[2] < 0.0 ? -1.0 : 1.0;
+}
+
+/// Returns the tool frame's roll about its own x axis if this axis is in the arm's plane, else nothing.
+[[nodiscard]] inline std::optional<double> roll_in_plane(const Mounting& mount) noexcept {
+  const Quaternion rest = about({0.0, 1.0, 0.0}, mount.tool_tilt_rad) * mount.hand.orientation;
+  if (std::abs(rest.y) + std::abs(rest.z) > 1e-9) return std::nullopt;
+  return rest.w < 0.0 ? 2.0 * std::atan2(-rest.x, -rest.w) : 2.0 * std::atan2(rest.x, rest.w);
 }
 
 }  // namespace detail
@@ -56,16 +64,19 @@ namespace detail {
   return detail::sign_of_pitch(*planar) * (angle_rad + planar->mount.tool_tilt_rad);
 }
 
-/// Returns the tool's pose. For an upright arm with a tool pitch, yaw and pitch are sums of its joints, not
-/// wrapped. Otherwise yaw, pitch and roll are angles in Rz(yaw) Ry(−pitch) Rx(roll), the pitch within ±90
-/// degrees.
+/// Returns the tool's pose: its orientation is Rz(yaw) Ry(−pitch) Rx(roll). For an upright arm with a tool
+/// pitch and the tool's x axis in its plane, yaw and pitch are sums of its joints, not wrapped. Otherwise the
+/// pitch is within ±90 degrees.
 [[nodiscard]] inline ToolPose tool_pose(const Kinematics& arm, const Joints& q) noexcept {
+  const Pose pose = arm.forward(q);
   if (const PlanarArm* planar = detail::pitching(arm); planar != nullptr && planar->mount.upright) {
     const PlanarLinks& links = planar->links;
-    return {planar->forward(q).position_m, planar->mount.heading_rad + q[0],
-            planar->mount.tool_tilt_rad + links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3]};
+    if (const std::optional<double> roll_rad = detail::roll_in_plane(planar->mount)) {
+      return {pose.position_m, planar->mount.heading_rad + q[0],
+              planar->mount.tool_tilt_rad + links.sign2 * q[1] + links.sign3 * q[2] + links.sign4 * q[3],
+              *roll_rad};
+    }
   }
-  const Pose pose = arm.forward(q);
   const Matrix3 r = to_matrix(pose.orientation);
   return {pose.position_m, std::atan2(r[1][0], r[0][0]), std::atan2(r[2][0], root_sum(r[2][1], r[2][2])),
           std::atan2(r[2][1], r[2][2])};
