@@ -241,6 +241,8 @@ void run_request(const ClientOptions& options, const Request& request) {
     Client client(find_robot(options.robot), options.timeout_s);
     (void)client.perform(request);
     if (request.verb == Verb::kOverride) report_reduced_override(client, request.numbers[0]);
+    if (request.verb == Verb::kTool || request.verb == Verb::kBase)
+      fmt::print("{}'corbot frames --reset' restores the profile's\n", read_frames(client));
     return;
   }
   run_stoppable(options, [&](Client& client) {

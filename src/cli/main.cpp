@@ -450,6 +450,20 @@ void check_command(const CLI::App& app, std::span<const std::string> words, cons
                             printable(words[0]), suggest_command(words[0], known), parents));
 }
 
+/// Refuses an empty word, and an option with an empty value. A shell passes these if a variable is not set,
+/// and a default in their place could move another robot.
+void check_no_word_is_empty(const std::vector<std::string>& words) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    const bool has_no_value = word.starts_with("--") && word.ends_with('=');
+    if (!word.empty() && !has_no_value) continue;
+    const std::string before = has_no_value ? word : i > 0 ? words[i - 1] : "corbot";
+    throw Failure(
+        ExitCode::kUsage,
+        fmt::format("an empty word follows '{}': is a variable of the shell not set?", printable(before)));
+  }
+}
+
 int run(int argc, char** argv) {
   CLI::App app("corbot: a robot arm behind a CORBA interface, with a real-time body", "corbot");
   app.formatter(std::make_shared<HelpFormatter>());
@@ -484,6 +498,7 @@ int run(int argc, char** argv) {
     arguments.erase(help);
     arguments.emplace_back("--help");
   }
+  check_no_word_is_empty(arguments);
   check_command(app, arguments);
   std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
   try {

@@ -198,7 +198,10 @@ TEST_F(Motions, FramesAreSetShownAndReset) {
   EXPECT_EQ(corbot({"tool", "0.05", "0", "0", "0.70710678118654757", "-0.70710678118654757", "0", "0"}).code,
             0);
   EXPECT_NEAR(tool("x_m"), 0.27, 1e-9);
-  EXPECT_EQ(corbot({"base", "2", "-1", "0.5"}).code, 0);
+  const RunResult set = corbot({"base", "2", "-1", "0.5"});
+  EXPECT_EQ(set.code, 0) << set.errors;
+  EXPECT_THAT(set.output,
+              HasSubstr("base  2 -1 0.5 m, orientation 1 0 0 0\n'corbot frames --reset' restores"));
   EXPECT_NEAR(tool("x_m"), 2.27, 1e-9);
   EXPECT_EQ(corbot({"moves", "2.27", "-0.95", "0.6"}).code, 0);
   EXPECT_NEAR(tool("y_m"), -0.95, 1e-9);

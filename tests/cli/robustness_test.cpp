@@ -274,6 +274,27 @@ TEST_F(Robustness, StopAllStopsEveryRobotAndSaysWhichDidNot) {
   EXPECT_EQ(second->terminate(), 0);
 }
 
+/// A shell passes an empty word if a variable is not set. The only robot that is up is not its default.
+TEST_F(Robustness, AnEmptyWordMovesNothing) {
+  up();
+  const double before = status().at("joints").at(0).at("value_deg").get<double>();
+  const std::vector<std::pair<std::vector<std::string>, std::string>> lines{
+      {{"joints", "10", "0", "0", "0", "--robot", ""}, "'--robot'"},
+      {{"joints", "10", "0", "0", "0", "--robot="}, "'--robot='"},
+      {{"joints", "", "10", "0", "0", "0"}, "'joints'"},
+      {{"up", CORBOT_TEST_PROFILE, "--state-dir", ""}, "'--state-dir'"},
+      {{"record", ""}, "'record'"},
+      {{"cell", "check", ""}, "'check'"},
+      {{""}, "'corbot'"}};
+  for (const auto& [words, before_it] : lines) {
+    const RunResult refused = corbot(words);
+    EXPECT_EQ(refused.code, 2) << before_it;
+    EXPECT_EQ(refused.errors,
+              "corbot: an empty word follows " + before_it + ": is a variable of the shell not set?\n");
+  }
+  EXPECT_EQ(status().at("joints").at(0).at("value_deg").get<double>(), before);
+}
+
 TEST_F(Robustness, AStopOnTheSameMachineNeedsNoServant) {
   up();
   for (const bool by_all : {false, true}) {
