@@ -93,6 +93,17 @@ TEST_F(HostileClients, HalfAMessageBlocksNoOtherClient) {
   arm_->Ready();
 }
 
+TEST_F(HostileClients, AFloodOfGarbageDoesNotFillTheLog) {
+  for (int i = 0; i < 300; ++i) {
+    RawConnection rude(port_);
+    ASSERT_TRUE(rude.send(giop_header(77, 4, false, 2) + "none"));  // no type of message
+    ASSERT_TRUE(rude.closed(within(30)));
+  }
+  EXPECT_EQ(arm_->DoF(), 4);
+  const std::string log = servant_->errors();
+  EXPECT_LE(std::count(log.begin(), log.end(), '\n'), 150) << log;
+}
+
 TEST_F(HostileClients, ARequestCutShortStartsNothing) {
   for (const char* operation : {"MoveJoints", "MovePose", "StartMovePoseS", "StartMoveRelative",
                                 "MoveRelativeS", "SetToolOrientation"}) {

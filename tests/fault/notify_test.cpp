@@ -187,6 +187,22 @@ TEST_F(Notify, AnOrbThatHangsEndsTheReportsOfItsServant) {
   expect_well(*servant_);
 }
 
+TEST_F(Notify, AServantWithoutATaskNamesTheSupervisor) {
+  EXPECT_EQ(rt_->terminate(), 0);
+  EXPECT_EQ(servant_->terminate(), 0);
+  start_servant();
+  arm_ = connect();
+  try {
+    arm_->Ready();
+    ADD_FAILURE() << "there is no task";
+  } catch (const Corbot::NotReady& refused) {
+    EXPECT_STREQ(
+        refused.reason.in(),
+        ("the real-time task of " + name_ + " is not running; its supervisor is starting it again").c_str());
+  }
+  start_rt();
+}
+
 /// Housekeeping, which logs, may wait for the reader of the log. A thread of its own sends the reports.
 TEST_F(Notify, ATaskWhoseLogIsNotReadReportsAllTheSame) {
   EXPECT_EQ(servant_->terminate(), 0);

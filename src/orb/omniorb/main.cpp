@@ -21,6 +21,7 @@
 #include "orb/omniorb/arm_servant.h"
 #include "orb/omniorb/naming.h"
 #include "orb/omniorb/options.h"
+#include "orb/omniorb/orb_log.h"
 #include "orb/omniorb/place.h"
 
 namespace {
@@ -140,6 +141,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
     spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
   corbot_connections_start();
+  limit_orb_log();
   const Arrivals arrivals(robot);
   CORBA::ORB_var orb = start_orb(options);
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
