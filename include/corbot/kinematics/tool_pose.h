@@ -40,6 +40,7 @@ namespace detail {
 [[nodiscard]] inline std::optional<double> roll_in_plane(const Mounting& mount) noexcept {
   const Quaternion rest = about({0.0, 1.0, 0.0}, mount.tool_tilt_rad) * mount.hand.orientation;
   if (std::abs(rest.y) + std::abs(rest.z) > 1e-9) return std::nullopt;
+  if (std::abs(rest.x) < 1e-12) return 0.0;  // turned by rounding
   return rest.w < 0.0 ? 2.0 * std::atan2(-rest.x, -rest.w) : 2.0 * std::atan2(rest.x, rest.w);
 }
 
