@@ -69,9 +69,8 @@ struct Settings {
 CLI::Validator picture_file() {
   return CLI::Validator(
       [](std::string& name) {
-        return name.empty() || name == "-"
-                   ? fmt::format("'{}' is not the name of a file: write one that ends in .svg", name)
-                   : std::string();
+        return name == "-" ? fmt::format("'{}' is not the name of a file: write one that ends in .svg", name)
+                           : std::string();
       },
       "");
 }
