@@ -334,14 +334,14 @@ Corbot::Ticket Client::begin(const Request& request) {
         throw Failure(ExitCode::kInternal, "not a motion: " + to_string(request));
     }
   };
-  return call_user([&] { return with_units(start); });
+  return call_user([&] { return with_units(request.verb, start); });
 }
 
 Corbot::PlanInfo_var Client::plan(const Request& given) {
   const Request request = with_joint_number(given);
   const auto& n = request.numbers;
   return call([&](auto& arm) {
-    return with_units([&]() -> Corbot::PlanInfo* {
+    return with_units(request.verb, [&]() -> Corbot::PlanInfo* {
       switch (request.verb) {
         case Verb::kMove:
           return arm.PlanMove(n[0], n[1], n[2], request.above_m, request.time_s);
@@ -380,7 +380,7 @@ void Client::set(const Request& request) {
       case Verb::kOrientation:
         return request.reset ? arm.ResetToolOrientation() : arm.SetToolOrientation(orientation_of(n));
       case Verb::kLimit:
-        return request.reset ? arm.ResetSoftLimits() : with_units([&] { set_limit(arm, n); });
+        return request.reset ? arm.ResetSoftLimits() : with_units(request.verb, [&] { set_limit(arm, n); });
       case Verb::kTool:
         return arm.SetToolFrame(frame(n));
       case Verb::kBase:
@@ -424,6 +424,19 @@ std::optional<Corbot::JointInfo> Client::info_of(CORBA::Long joint) const {
     return index < joints->length() ? std::optional(joints.in()[index]) : std::nullopt;
   } catch (const CORBA::Exception&) {
     return std::nullopt;  // an older servant, or no connection: the refusal itself matters
+  }
+}
+
+std::string Client::pitch_hint(Verb verb, const Corbot::LimitExceeded& e) const {
+  const bool keeps_pitch = verb == Verb::kMove || verb == Verb::kMoveS || verb == Verb::kMoveC;
+  if (!keeps_pitch || std::string_view(e.quantity.in()) != "joint range") return {};
+  try {
+    const double pitch_deg = arm_->ToolPitch();
+    const bool has_default = arm_->RobotType() == Corbot::Anthropomorphic && arm_->DoF() == 4;
+    if (!has_default && pitch_deg == 0.0) return {};  // the tool keeps its present pitch, or has none
+    return fmt::format(" (with a tool pitch of {} degrees; 'corbot pitch' sets another)", plain(pitch_deg));
+  } catch (const CORBA::Exception&) {
+    return {};  // as for info_of()
   }
 }
 

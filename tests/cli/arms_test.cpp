@@ -75,6 +75,10 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   const RunResult set = corbot({"orientation", "0", "0", "0"});
   EXPECT_EQ(set.code, 1);
   EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
+  EXPECT_THAT(
+      corbot({"move", "0.1", "0", "0.02"}).errors,
+      HasSubstr("is not within -30 to 150 degrees; this command moved nothing (with a tool pitch of 0 "
+                "degrees; 'corbot pitch' sets another)"));
 }
 
 /// Whatever tool frame a client has set: along the gripper, raw, tilted in the arm's plane, or out of it.
