@@ -92,7 +92,7 @@ typedef struct corbot_description {
 
 typedef struct corbot_pose {
   double x_m, y_m, z_m;
-  double a_deg, b_deg, c_deg; /* Z-Y-X of the gripper's frame, b positive upward */
+  double a_deg, b_deg, c_deg; /* Z-Y-X of the tool frame, b positive upward */
 } corbot_pose;
 
 typedef struct corbot_alarm {

@@ -14,12 +14,15 @@
 
 namespace corbot {
 
-/// Position of the tool centre point and direction of the tool's x axis, base frame.
+/// Position of the tool centre point and orientation of the tool frame in the base frame: Rz(yaw) Ry(−pitch)
+/// Rx(roll). An arm *turns in its plane* if it is upright and follows the tool pitch alone, and if the tool's
+/// x axis is in its plane.
 struct ToolPose {
   Vector3 position_m{};
-  double yaw_rad{};    ///< for an arm with a tool pitch: heading of its plane, as its first joint counts it
-  double pitch_rad{};  ///< above the horizontal, positive upward; beyond ±90 degrees the tool is upside down
-  double roll_rad{};   ///< for an arm with a tool pitch: as the tool frame has it, 0 for the paper's
+  double yaw_rad{};    ///< if the arm turns in its plane: this plane's heading, as the first joint counts it
+  double pitch_rad{};  ///< of the x axis, positive upward; beyond ±90 degrees if an arm that turns in its
+                       ///< plane has the tool upside down
+  double roll_rad{};   ///< constant if the arm turns in its plane; 0 with the paper's tool frame
 };
 
 namespace detail {
@@ -39,9 +42,9 @@ namespace detail {
 /// Returns the tool frame's roll about its own x axis if this axis is in the arm's plane, else nothing.
 [[nodiscard]] inline std::optional<double> roll_in_plane(const Mounting& mount) noexcept {
   const Quaternion rest = about({0.0, 1.0, 0.0}, mount.tool_tilt_rad) * mount.hand.orientation;
-  if (std::abs(rest.y) + std::abs(rest.z) > 1e-9) return std::nullopt;
+  if (std::abs(rest.y) + std::abs(rest.z) > kNoDirection) return std::nullopt;
   if (std::abs(rest.x) < 1e-12) return 0.0;  // turned by rounding
-  return rest.w < 0.0 ? 2.0 * std::atan2(-rest.x, -rest.w) : 2.0 * std::atan2(rest.x, rest.w);
+  return 2.0 * std::atan2(rest.w < 0.0 ? -rest.x : rest.x, std::abs(rest.w));
 }
 
 }  // namespace detail
@@ -51,7 +54,8 @@ namespace detail {
   return arm.follows() == Follows::kPitch || arm.follows() == Follows::kPitchAndRoll;
 }
 
-/// Returns the followed angle at which an arm with a tool pitch has this pitch.
+/// Returns the followed angle at which an arm with a tool pitch has this pitch: that of the tool's x axis, or
+/// of its projection onto the arm's plane.
 [[nodiscard]] inline double angle_of_pitch(const Kinematics& arm, double pitch_rad) noexcept {
   const auto* planar = std::get_if<PlanarArm>(&arm.form());
   if (planar == nullptr) return pitch_rad;
@@ -65,9 +69,8 @@ namespace detail {
   return detail::sign_of_pitch(*planar) * (angle_rad + planar->mount.tool_tilt_rad);
 }
 
-/// Returns the tool's pose: its orientation is Rz(yaw) Ry(−pitch) Rx(roll). For an upright arm with a tool
-/// pitch and the tool's x axis in its plane, yaw and pitch are sums of its joints, not wrapped. Otherwise the
-/// pitch is within ±90 degrees.
+/// Returns the tool's pose. If the arm turns in its plane, yaw and pitch are sums of its joints, not wrapped.
+/// Otherwise the pitch is within ±90 degrees, and at ±90 the roll is 0.
 [[nodiscard]] inline ToolPose tool_pose(const Kinematics& arm, const Joints& q) noexcept {
   const Pose pose = arm.forward(q);
   if (const PlanarArm* planar = detail::pitching(arm); planar != nullptr && planar->mount.upright) {
@@ -79,6 +82,8 @@ namespace detail {
     }
   }
   const Matrix3 r = to_matrix(pose.orientation);
+  if (root_sum(r[2][1], r[2][2]) < kNoDirection)
+    return {pose.position_m, std::atan2(-r[0][1], r[1][1]), std::atan2(r[2][0], 0.0)};
   return {pose.position_m, std::atan2(r[1][0], r[0][0]), std::atan2(r[2][0], root_sum(r[2][1], r[2][2])),
           std::atan2(r[2][1], r[2][2])};
 }

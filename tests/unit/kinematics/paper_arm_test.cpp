@@ -200,6 +200,28 @@ TEST(Inverse, SaysWhatIsWrongAndNeverAnswersNan) {
   EXPECT_NEAR(far.limit_m, 0.24, 1e-15);
 }
 
+/// The tool's x axis is in the arm's plane or not, and the base is upright, tilted or hangs. In every eighth
+/// case the hand of a hanging arm points straight up or down.
+TEST(ToolPose, IsTheOrientationOfEveryToolOnEveryBase) {
+  std::mt19937_64 random(test::seed());
+  const auto angle = [&] { return std::uniform_real_distribution<double>(-kPi, kPi)(random); };
+  const Vector3 x{1.0, 0.0, 0.0}, y{0.0, 1.0, 0.0}, z{0.0, 0.0, 1.0};
+  const auto any = [&] { return about(z, angle()) * about(y, angle()) * about(x, angle()); };
+  for (int i = 0; i < 4000; ++i) {
+    const bool is_steep = i % 8 == 7;
+    Quaternion tool = i % 4 == 1 ? any() : about(z, is_steep ? 0.0 : angle()) * about(x, angle());
+    if (i % 2 == 0) tool = {-tool.w, -tool.x, -tool.y, -tool.z};
+    const Quaternion base = is_steep ? about(x, kPi) : i % 4 == 3 ? any() : about(z, angle());
+    Kinematics arm = lynx5();
+    arm.set_frames({{0.1, 0.2, 0.3}, base}, {{0.01, 0.02, 0.03}, tool});
+    Joints q{angle(), angle(), angle(), angle()};
+    if (is_steep) q[3] = deg(i % 16 == 7 ? 125 : -55) - q[1] + q[2];
+    const ToolPose pose = tool_pose(arm, q);
+    const Quaternion found = about(z, pose.yaw_rad) * about(y, -pose.pitch_rad) * about(x, pose.roll_rad);
+    ASSERT_LT(angle_between(arm.forward(q).orientation, found), 1e-7) << "case " << i;
+  }
+}
+
 TEST(WrapAngle, IsInTheHalfOpenCircle) {
   EXPECT_EQ(wrap_angle(kPi), kPi);
   EXPECT_EQ(wrap_angle(-kPi), kPi);
