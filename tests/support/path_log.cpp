@@ -18,6 +18,7 @@ namespace {
 constexpr double kServoFrame_s = 0.020;
 constexpr double kLatePeriods = 3.0;   // behind by more is late
 constexpr double kMostKeptBack = 3.0;  // times as long as a frame that was not
+constexpr double kLongestCycle = 5.0;  // periods; after a longer gap the motion begins again from rest
 
 using Point = std::array<double, 3>;
 
@@ -100,7 +101,8 @@ bool is_before(const Snapshot& snapshot, std::int64_t time_ns) { return snapshot
 /// on, or the lag of an output. A rest is neither.
 class Lateness {
  public:
-  explicit Lateness(const std::vector<Snapshot>& path) : path_(path) {}
+  explicit Lateness(const std::vector<Snapshot>& path)
+      : path_(path), longest_cycle_s_(kLongestCycle * period_s(path)) {}
   double longest_s(std::int64_t now_ns, std::int64_t passed_ns) {
     const double gap_s = last_ns_ != 0 ? moving_s(last_ns_, now_ns) : 0.0;
     late_.emplace_back(now_ns, std::max(gap_s, moving_s(passed_ns, now_ns)));
@@ -126,12 +128,13 @@ class Lateness {
     for (; point != end; ++point) {
       const Snapshot& before = *std::prev(point);
       if (distance_m(point->tool.position_m, before.tool.position_m) < kStill_m) continue;
-      sum_s += static_cast<double>(point->time_ns - before.time_ns) * 1e-9;
+      sum_s += std::min(static_cast<double>(point->time_ns - before.time_ns) * 1e-9, longest_cycle_s_);
     }
     return sum_s;
   }
 
   const std::vector<Snapshot>& path_;
+  const double longest_cycle_s_;
   std::int64_t last_ns_{0};
   std::deque<std::pair<std::int64_t, double>> late_;  ///< when, by how much
 };
@@ -183,7 +186,7 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
   Joints at{};
   std::vector<bool> known(arm.dof, false);
   // In cycles: a frame that waited while the machine stood still is no older, however long that was.
-  const auto window = std::lround(window_s / period_s(path));
+  const auto window_cycles = std::lround(window_s / period_s(path));
   // A device that gets fewer frames than its servos could take interpolates: it cuts the corners of the path.
   const double acceleration_m = acceleration(path);
   const auto chord_m = [&](double time_s) { return acceleration_m * time_s * time_s / 8.0; };
@@ -200,11 +203,11 @@ Following following(const ArmModel& arm, const std::vector<Snapshot>& path,
     const std::int64_t now_ns = outputs[i].time_ns;
     if (!is_last_of_instant || std::count(known.begin(), known.end(), true) != arm.dof) continue;
     const auto last = std::lower_bound(path.begin(), path.end(), now_ns, is_before);
-    if (last - path.begin() <= window) continue;  // before the log began
+    if (last - path.begin() <= window_cycles) continue;  // before the log began
     const Point tcp = tool_pose(arm.kinematics, at).position_m;
     double nearest_m = HUGE_VAL;
     std::int64_t passed_ns = now_ns;
-    for (auto point = last - window; point != last; ++point) {
+    for (auto point = last - window_cycles; point != last; ++point) {
       const double distance = distance_m(tcp, std::prev(point)->tool.position_m, point->tool.position_m);
       if (distance > nearest_m) continue;
       nearest_m = distance;
