@@ -141,9 +141,9 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
     spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
   corbot_connections_start();
-  limit_orb_log();
   const Arrivals arrivals(robot);
   CORBA::ORB_var orb = start_orb(options);
+  limit_orb_log();
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
   ControlReferences control(orb, name);

@@ -1,53 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "orb/omniorb/orb_log.h"
 
-#include <fmt/format.h>
 #include <omniORB4/CORBA.h>
+#include <poll.h>
+#include <unistd.h>
 
-#include <chrono>
-#include <cstdint>
+#include <cinttypes>
 #include <cstdio>
-#include <mutex>
-#include <string>
 
 namespace corbot::omni {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+LogLimit log_limit;
 
-constexpr int kMostLines = 100;
-constexpr auto kPeriod = std::chrono::minutes(1);
+bool would_block() noexcept {
+  pollfd log{STDERR_FILENO, POLLOUT, 0};
+  return ::poll(&log, 1, 0) != 1 || (log.revents & POLLOUT) == 0;
+}
 
-struct Log {
-  std::mutex mutex;
-  Clock::time_point began{};
-  int written{0};
-  std::uint64_t left_out{0};
-
-  void write(const char* line) {
-    const std::lock_guard lock(mutex);
-    if (const auto now = Clock::now(); now - began > kPeriod) {
-      began = now;
-      written = 0;
-    }
-    if (written == kMostLines) {
-      ++left_out;
-      return;
-    }
-    ++written;
-    std::string text(line);
-    if (left_out > 0) text += fmt::format("omniORB: {} lines before this one were left out\n", left_out);
-    left_out = 0;
-    (void)std::fputs(text.c_str(), stderr);
-  }
-};
-
-Log log_of_orb;
+/// The ORB calls this function from its destructors, too.
+void write(const char* message) noexcept {
+  if (would_block()) return log_limit.leave_out();
+  const auto left_out = log_limit.admit(LogLimit::Clock::now());
+  if (!left_out) return;
+  if (*left_out > 0)
+    (void)std::fprintf(stderr, "omniORB: %" PRIu64 " messages were left out here\n", *left_out);
+  (void)std::fputs(message, stderr);
+}
 
 }  // namespace
 
 void limit_orb_log() {
-  omniORB::setLogFunction([](const char* line) { log_of_orb.write(line); });
+  const char* const file = omniORB::getLogFilename();
+  if (omniORB::traceLevel > 1 || (file != nullptr && *file != '\0')) return;
+  omniORB::setLogFunction(&write);
 }
 
 }  // namespace corbot::omni

@@ -1,11 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <utility>
+
 namespace corbot::omni {
 
-/// Limits the ORB's own lines on standard error to 100 a minute. Without a limit, each wrong message of any
-/// client adds lines, and a flood fills the disk that has the log. The next line that is written tells how
-/// many were left out. Call this before the ORB starts.
+/// Admits at most 100 messages a minute. Thread-safe.
+class LogLimit {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int kMost = 100;
+  static constexpr auto kPeriod = std::chrono::minutes(1);
+
+  /// Returns nothing if the message is to be left out. Otherwise returns the number of those that were left
+  /// out since the previous one.
+  [[nodiscard]] std::optional<std::uint64_t> admit(Clock::time_point now) noexcept {
+    const std::lock_guard lock(mutex_);
+    if (admitted_ == 0 || now - began_ >= kPeriod) {
+      began_ = now;
+      admitted_ = 0;
+    }
+    if (admitted_ == kMost) {
+      ++left_out_;
+      return std::nullopt;
+    }
+    ++admitted_;
+    return std::exchange(left_out_, 0);
+  }
+
+  /// Counts a message that could not be written.
+  void leave_out() noexcept {
+    const std::lock_guard lock(mutex_);
+    ++left_out_;
+  }
+
+ private:
+  std::mutex mutex_;
+  Clock::time_point began_{};
+  int admitted_{0};
+  std::uint64_t left_out_{0};
+};
+
+/// Limits the ORB's own messages on standard error. Without a limit, each malformed request of any client
+/// adds one, and a flood fills the disk that has the log. If standard error is a full pipe, the messages are
+/// left out, since each would hold a connection's thread. An ORB that writes a trace, or a file of its own,
+/// keeps all. Call this after the ORB's start, which reads these options.
 void limit_orb_log();
 
 }  // namespace corbot::omni
