@@ -202,6 +202,16 @@ void report_reduced_override(Client& client, double wanted_percent) {
   }
 }
 
+/// Shows the frames in force after one was set. The frame stays set if they cannot be read.
+void show_frames(Client& client) {
+  try {
+    fmt::print("{}'corbot frames --reset' restores the profile's\n", read_frames(client));
+  } catch (const Failure& failure) {
+    client::notice(stderr,
+                   fmt::format("corbot: the frame is set, but cannot be shown: {}\n", failure.what()));
+  }
+}
+
 /// Returns the name of a robot on this machine. An address must belong to a robot that is up here. The shared
 /// memory of a robot elsewhere is not here, whatever has its name on this machine.
 std::string local_robot(const std::string& robot) {
@@ -241,8 +251,7 @@ void run_request(const ClientOptions& options, const Request& request) {
     Client client(find_robot(options.robot), options.timeout_s);
     (void)client.perform(request);
     if (request.verb == Verb::kOverride) report_reduced_override(client, request.numbers[0]);
-    if (request.verb == Verb::kTool || request.verb == Verb::kBase)
-      fmt::print("{}'corbot frames --reset' restores the profile's\n", read_frames(client));
+    if (request.verb == Verb::kTool || request.verb == Verb::kBase) show_frames(client);
     return;
   }
   run_stoppable(options, [&](Client& client) {

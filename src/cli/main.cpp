@@ -450,17 +450,36 @@ void check_command(const CLI::App& app, std::span<const std::string> words, cons
 }
 
 /// Refuses an empty word, and an option with an empty value. A shell passes these if a variable is not set,
-/// and a default in their place could move another robot.
+/// and a default in their place could move another robot. A stop needs no name: without one it stops all.
 void check_no_word_is_empty(const std::vector<std::string>& words) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
+  if (!words.empty() && words[0] == "stop") return;
+  for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
     const std::string& word = words[i];
-    const bool has_no_value = word.starts_with("--") && word.ends_with('=');
-    if (!word.empty() && !has_no_value) continue;
-    const std::string before = has_no_value ? word : i > 0 ? words[i - 1] : "corbot";
+    if (word.starts_with("--") && word.find('=') == word.size() - 1)
+      throw Failure(ExitCode::kUsage,
+                    fmt::format("'{}' has no value: is a variable of the shell not set?", printable(word)));
+    if (!word.empty()) continue;
+    const std::string& before = i > 0 ? words[i - 1] : "corbot";
     throw Failure(
         ExitCode::kUsage,
         fmt::format("an empty word follows '{}': is a variable of the shell not set?", printable(before)));
   }
+}
+
+/// Lets no option of `app` and its commands take another option as its value. In `--name $NAME --simulated`
+/// the robot would be named --simulated if NAME is not set, and a device would be allowed.
+void let_options_be_no_values(CLI::App& app) {
+  const CLI::Validator validator(
+      [](std::string& value) {
+        return value.starts_with("--")
+                   ? fmt::format("'{}' is an option: is a variable of the shell not set?", printable(value))
+                   : std::string();
+      },
+      "");
+  for (CLI::Option* option : app.get_options()) {
+    if (!option->get_positional()) option->check(validator);
+  }
+  for (CLI::App* command : app.get_subcommands({})) let_options_be_no_values(*command);
 }
 
 int run(int argc, char** argv) {
@@ -492,13 +511,14 @@ int run(int argc, char** argv) {
   });
   app.add_subcommand("help", "List the commands, or describe one, as in 'corbot help move'");
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
+  check_no_word_is_empty(arguments);
   const auto help = arguments.begin() + (!arguments.empty() && arguments[0] == "cell" ? 1 : 0);
   if (help != arguments.end() && *help == "help") {  // the suggestion would be 'hold'
     arguments.erase(help);
     arguments.emplace_back("--help");
   }
-  check_no_word_is_empty(arguments);
   check_command(app, arguments);
+  let_options_be_no_values(app);
   std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
   try {
     app.parse(std::move(arguments));

@@ -274,24 +274,29 @@ TEST_F(Robustness, StopAllStopsEveryRobotAndSaysWhichDidNot) {
   EXPECT_EQ(second->terminate(), 0);
 }
 
-/// A shell passes an empty word if a variable is not set. The only robot that is up is not its default.
+/// A shell passes an empty word if a variable is not set. Such a word does not choose the only robot.
 TEST_F(Robustness, AnEmptyWordMovesNothing) {
   up();
   const double before = status().at("joints").at(0).at("value_deg").get<double>();
   const std::vector<std::pair<std::vector<std::string>, std::string>> lines{
-      {{"joints", "10", "0", "0", "0", "--robot", ""}, "'--robot'"},
-      {{"joints", "10", "0", "0", "0", "--robot="}, "'--robot='"},
-      {{"joints", "", "10", "0", "0", "0"}, "'joints'"},
-      {{"up", CORBOT_TEST_PROFILE, "--state-dir", ""}, "'--state-dir'"},
-      {{"record", ""}, "'record'"},
-      {{"cell", "check", ""}, "'check'"},
-      {{""}, "'corbot'"}};
-  for (const auto& [words, before_it] : lines) {
+      {{"joints", "10", "0", "0", "0", "--robot", ""}, "an empty word follows '--robot'"},
+      {{"joints", "10", "0", "0", "0", "--robot="}, "'--robot=' has no value"},
+      {{"joints", "", "10", "0", "0", "0"}, "an empty word follows 'joints'"},
+      {{"up", CORBOT_TEST_PROFILE, "--state-dir", ""}, "an empty word follows '--state-dir'"},
+      {{"record", ""}, "an empty word follows 'record'"},
+      {{"cell", "check", ""}, "an empty word follows 'check'"},
+      {{"help", ""}, "an empty word follows 'help'"},
+      {{""}, "an empty word follows 'corbot'"}};
+  for (const auto& [words, fault] : lines) {
     const RunResult refused = corbot(words);
-    EXPECT_EQ(refused.code, 2) << before_it;
-    EXPECT_EQ(refused.errors,
-              "corbot: an empty word follows " + before_it + ": is a variable of the shell not set?\n");
+    EXPECT_EQ(refused.code, 2) << fault;
+    EXPECT_EQ(refused.errors, "corbot: " + fault + ": is a variable of the shell not set?\n");
   }
+  const RunResult unnamed = corbot({"up", CORBOT_TEST_PROFILE, "--name", "--simulated"});
+  EXPECT_EQ(unnamed.code, 2);
+  EXPECT_THAT(unnamed.errors, HasSubstr("--name: '--simulated' is an option: is a variable of the shell"));
+  EXPECT_EQ(corbot({"stop", "--robot", ""}).code, 0) << "a stop stops";
+  EXPECT_EQ(corbot({"acquire", "--who=lab="}).code, 0) << "a value may end so";
   EXPECT_EQ(status().at("joints").at(0).at("value_deg").get<double>(), before);
 }
 
