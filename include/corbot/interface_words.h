@@ -8,6 +8,7 @@ namespace corbot {
 /// Values of LimitExceeded::quantity, which idl/robot.idl fixes.
 inline constexpr const char* kSpeedWord = "speed";
 inline constexpr const char* kDurationWord = "duration";
+inline constexpr const char* kJointRangeWord = "joint range";
 /// LimitExceeded::quantity of a motion that leaves the workspace begins so, and the reason follows.
 inline constexpr const char* kWorkspaceWord = "workspace: ";
 /// The text in Unreachable::reason if a point is beyond the arm's reach. The exception has no other mark of

@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "corbot/interface_words.h"
 #include "corbot/kinematics/arm_parts.h"
 #include "corbot/kinematics/pose.h"
 #include "corbot/units.h"
@@ -427,14 +428,15 @@ std::optional<Corbot::JointInfo> Client::info_of(CORBA::Long joint) const {
   }
 }
 
-std::string Client::pitch_hint(Verb verb, const Corbot::LimitExceeded& e) const {
-  const bool keeps_pitch = verb == Verb::kMove || verb == Verb::kMoveS || verb == Verb::kMoveC;
-  if (!keeps_pitch || std::string_view(e.quantity.in()) != "joint range") return {};
+std::string Client::pitch_clause(Verb verb, const Corbot::LimitExceeded& e) const {
+  const bool uses_pitch = verb == Verb::kMove || verb == Verb::kMoveS || verb == Verb::kMoveC;
+  const bool is_heading = e.articulation == 0;  // the same at every pitch
+  if (!uses_pitch || is_heading || std::string_view(e.quantity.in()) != kJointRangeWord) return {};
   try {
     const double pitch_deg = arm_->ToolPitch();
     const bool has_default = arm_->RobotType() == Corbot::Anthropomorphic && arm_->DoF() == 4;
-    if (!has_default && pitch_deg == 0.0) return {};  // the tool keeps its present pitch, or has none
-    return fmt::format(" (with a tool pitch of {} degrees; 'corbot pitch' sets another)", plain(pitch_deg));
+    if (!has_default && pitch_deg == 0.0) return {};  // none is set, or the arm has none, or 0 is set
+    return fmt::format("; the tool pitch is {} degrees ('corbot pitch' sets another)", plain(pitch_deg));
   } catch (const CORBA::Exception&) {
     return {};  // as for info_of()
   }

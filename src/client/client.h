@@ -92,20 +92,20 @@ class Client {
   [[nodiscard]] Corbot::Ticket begin(const Request& request);
   void set(const Request& request);
   /// Calls `f`. Turns an exceeded limit into a Failure with the unit of its joint. The message names the tool
-  /// pitch if `verb` keeps one.
+  /// pitch if it decides where `verb` leads the joints.
   template <class F>
   auto with_units(Verb verb, F&& f) -> decltype(f()) {
     try {
       return f();
     } catch (const Corbot::LimitExceeded& e) {
-      throw explain(e, info_of(e.articulation), pitch_hint(verb, e));
+      throw explain(e, info_of(e.articulation), pitch_clause(verb, e));
     }
   }
   /// Replaces the joint's name by its number. Throws Failure, kUsage, if the arm has no joint of that name.
   [[nodiscard]] Request with_joint_number(const Request& request);
   /// Returns nothing if the robot does not report it.
   [[nodiscard]] std::optional<Corbot::JointInfo> info_of(CORBA::Long joint) const;
-  [[nodiscard]] std::string pitch_hint(Verb verb, const Corbot::LimitExceeded& e) const;
+  [[nodiscard]] std::string pitch_clause(Verb verb, const Corbot::LimitExceeded& e) const;
   /// Waits until the motion has ended. After a refused slot for a waiting call or a lost connection it
   /// retries; if the end stays unknown, it reports that. Returns the planned duration, seconds.
   double wait(Corbot::Ticket ticket, const ProgressReport& report);

@@ -135,7 +135,7 @@ Failure explain(const Corbot::Unreachable& e) {
 }
 
 Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint,
-                const std::string& hint) {
+                const std::string& reason) {
   std::string what = printable(e.quantity.in());
   if (what.starts_with(kWorkspaceWord))
     return {ExitCode::kRefused, fmt::format("refused: {}; this command moved nothing",
@@ -143,8 +143,8 @@ Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::Join
   const std::string unit = unit_of(what, joint) + lowered_speed(e, joint);
   if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
   return {ExitCode::kRefused,
-          fmt::format("refused: {}: {} is not within {} to {}{}; this command moved nothing{}", what,
-                      plain(e.value), plain(e.lower), plain(e.upper), unit, hint)};
+          fmt::format("refused: {}: {} is not within {} to {}{}{}; this command moved nothing", what,
+                      plain(e.value), plain(e.lower), plain(e.upper), unit, reason)};
 }
 
 Failure explain(const Corbot::NotReady& e) {

@@ -30,11 +30,11 @@ struct Address {
 
 [[nodiscard]] Failure explain(const Corbot::BadParameter& e);
 [[nodiscard]] Failure explain(const Corbot::Unreachable& e);
-/// `joint`: the joint in the exception; none: not known, and the message has no unit. `hint`: the message's
-/// end.
+/// `joint`: the joint in the exception; none: not known, and the message has no unit. `reason`: a clause
+/// after the values, "; …".
 [[nodiscard]] Failure explain(const Corbot::LimitExceeded& e,
                               const std::optional<Corbot::JointInfo>& joint = {},
-                              const std::string& hint = {});
+                              const std::string& reason = {});
 [[nodiscard]] Failure explain(const Corbot::NotReady& e);
 /// Does the same for Renew and Release, which need control, not a ready robot.
 [[nodiscard]] Failure explain_control(const Corbot::NotReady& e);

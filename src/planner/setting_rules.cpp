@@ -8,6 +8,7 @@
 #include <string>
 
 #include "corbot/arm/joint_units.h"
+#include "corbot/interface_words.h"
 #include "corbot/kinematics/tool_pose.h"
 #include "corbot/units.h"
 #include "planner/plan/refusal.h"
@@ -93,7 +94,7 @@ std::optional<PlanRefusal> check_limits(const ArmModel& arm, std::size_t joint, 
   for (const double value : {lower, upper}) {
     const double value_q = from_shown(kind, value);
     if (value_q >= range.lower_q - kShownAndBack_q && value_q <= range.upper_q + kShownAndBack_q) continue;
-    return outside("joint range", joint, value_q, range.lower_q, range.upper_q,
+    return outside(kJointRangeWord, joint, value_q, range.lower_q, range.upper_q,
                    fmt::format("joint {}: the limit {:.6g} {} is outside the range of the profile, {}", joint,
                                value, unit_name(kind), shown_range(kind, range.lower_q, range.upper_q)));
   }

@@ -4,10 +4,14 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "cli_rig.h"
 #include "support/test_arms.h"
@@ -75,29 +79,37 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   const RunResult set = corbot({"orientation", "0", "0", "0"});
   EXPECT_EQ(set.code, 1);
   EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
-  EXPECT_THAT(
-      corbot({"move", "0.1", "0", "0.02"}).errors,
-      HasSubstr("is not within -30 to 150 degrees; this command moved nothing (with a tool pitch of 0 "
-                "degrees; 'corbot pitch' sets another)"));
+  EXPECT_THAT(corbot({"move", "0.1", "0", "0.02"}).errors,
+              HasSubstr("is not within -30 to 150 degrees; the tool pitch is 0 degrees ('corbot pitch' sets "
+                        "another); this command moved nothing"));
 }
 
-/// Whatever tool frame a client has set: along the gripper, raw, tilted in the arm's plane, or out of it.
+/// The tool frames are along the gripper, raw, tilted in the arm's plane, and turned out of it.
 TEST_F(Arms, OfFourJointsTakeThePoseThatStatusShows) {
   up({}, profile_path("lynx5"));
   ASSERT_EQ(corbot({"joints", "20", "-10", "15", "5"}).code, 0);
-  for (const std::vector<std::string>& frame : {std::vector<std::string>{},
-                                                {"1", "0", "0", "0"},
-                                                {"0.6", "0", "0", "0.8"},
-                                                {"0.6", "0", "0.8", "0"}}) {
+  const auto joint = [&](std::size_t i) { return status().at("joints").at(i).at("value_deg").get<double>(); };
+  const std::array<double, 4> before{joint(0), joint(1), joint(2), joint(3)};
+  const std::string half = "0.70710678118654757";
+  const std::vector<std::pair<std::vector<std::string>, std::optional<double>>> frames{
+      {{half, "-" + half, "0", "0"}, 0.0},
+      {{"1", "0", "0", "0"}, 90.0},
+      {{"0.6", "0", "0", "0.8"}, 90.0},
+      {{"0.6", "0", "0.8", "0"}, std::nullopt}};
+  for (const auto& [frame, roll_deg] : frames) {
     std::vector<std::string> tool{"tool", "0.02", "0", "0.01"};
     tool.insert(tool.end(), frame.begin(), frame.end());
     ASSERT_EQ(corbot(tool).code, 0);
     const auto shown = status().at("tool");
+    if (roll_deg) {
+      EXPECT_NEAR(shown.at("c_deg").get<double>(), *roll_deg, 1e-9);
+    }
     std::vector<std::string> pose{"movepose"};
     for (const char* key : {"x_m", "y_m", "z_m", "a_deg", "b_deg", "c_deg"})
       pose.push_back(fmt::format("{}", shown.at(key).get<double>()));
     const RunResult moved = corbot(pose);
     EXPECT_EQ(moved.code, 0) << moved.errors << shown.dump();
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(joint(i), before[i], 1e-6);
   }
 }
 

@@ -72,7 +72,7 @@ PlanRefusal joint_range(const ArmModel& model, std::size_t joint, double value_q
 
 PlanRefusal joint_range(std::size_t joint, JointKind kind, double value_q, const JointLimits& limits,
                         const std::string& where) {
-  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, "joint range", Quantity::kJointValue);
+  PlanRefusal refusal(PlanRefusal::Kind::kLimitExceeded, kJointRangeWord, Quantity::kJointValue);
   refusal.joint = static_cast<int>(joint);
   refusal.value = value_q;
   refusal.lower = limits.lower_q;
