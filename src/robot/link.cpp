@@ -24,15 +24,16 @@ constexpr auto kAlarmsRead = 1s;
 constexpr auto kSnapshotOfVerdict =
     5ms;  // longest wait for a verdict's snapshot, which follows within a cycle
 
-/// Describes the lack of the task. A supervisor of this servant (`corbot up` or systemd) supervises the task,
+/// Describes the loss of the task. A supervisor of this servant (`corbot up` or systemd) supervises the task,
 /// too, and restarts it.
-std::string task_is_missing(const std::string& name, const char* how, const char* remedy) {
-  return fmt::format("the real-time task of {} is {}; {}", name, how,
-                     is_supervised() ? "its supervisor is starting it again" : remedy);
+std::string task_is_gone(const std::string& name) {
+  return fmt::format("the real-time task of {} is gone; {}", name,
+                     is_supervised() ? "its supervisor is starting it again" : "start corbot-rt again");
 }
 
-std::string task_is_gone(const std::string& name) {
-  return task_is_missing(name, "gone", "start corbot-rt again");
+std::string task_is_absent(const std::string& name) {
+  return fmt::format("the real-time task of {} is not running; {}", name,
+                     is_supervised() ? "its supervisor starts it" : "start it with 'corbot up' or corbot-rt");
 }
 
 std::string task_is_starting(const std::string& name) {
@@ -145,9 +146,7 @@ std::shared_ptr<ServantChannel> Link::try_connect(bool first) {
     // go away.
     if (first && (error.kind() == SegmentError::Kind::kInUse || error.kind() == SegmentError::Kind::kBadName))
       throw;
-    set_cause(error.kind() == SegmentError::Kind::kAbsent
-                  ? task_is_missing(name_, "not running", "start it with 'corbot up' or corbot-rt")
-                  : error.what());
+    set_cause(error.kind() == SegmentError::Kind::kAbsent ? task_is_absent(name_) : error.what());
     return nullptr;
   }
 }

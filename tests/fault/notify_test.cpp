@@ -196,9 +196,8 @@ TEST_F(Notify, AServantWithoutATaskNamesTheSupervisor) {
     arm_->Ready();
     ADD_FAILURE() << "there is no task";
   } catch (const Corbot::NotReady& refused) {
-    EXPECT_STREQ(
-        refused.reason.in(),
-        ("the real-time task of " + name_ + " is not running; its supervisor is starting it again").c_str());
+    EXPECT_STREQ(refused.reason.in(),
+                 ("the real-time task of " + name_ + " is not running; its supervisor starts it").c_str());
   }
   start_rt();
 }
