@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "corbot/arm/joint_units.h"
 #include "corbot/running_time.h"
 #include "rt/backends/can/cia402_setup.h"
 
