@@ -12,6 +12,7 @@
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/fingerprint.h"
 #include "corbot/kinematics/arm_parts.h"
+#include "corbot/kinematics/tool_pose.h"
 #include "rt/cycle/workspace_check.h"
 #include "rt/rig.h"
 
