@@ -82,6 +82,9 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   EXPECT_THAT(corbot({"move", "0.1", "0", "0.02"}).errors,
               HasSubstr("is not within -30 to 150 degrees; the tool pitch is 0 degrees ('corbot pitch' sets "
                         "another); this command moved nothing"));
+  EXPECT_THAT(corbot({"move", "-0.05", "0.25", "0.1"}).errors,
+              HasSubstr("of joint 0: 101.31 is not within -90 to 90 degrees; this command moved nothing"))
+      << "the heading is the same at every pitch";
 }
 
 /// The tool frames are along the gripper, raw, tilted in the arm's plane, and turned out of it.

@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -140,6 +141,24 @@ TEST_F(HostileClients, AFloodOfGarbageBesideAFullLogHoldsNoConnection) {
   servant_.reset();
   ::close(fifo);
   ::unlink(log.c_str());
+}
+
+TEST_F(HostileClients, ATraceOfTheOrbIsWhole) {
+  if (on_orbit2()) GTEST_SKIP() << "skipped: the option is omniORB's";
+  EXPECT_EQ(servant_->terminate(), 0);
+  const std::string trace = std::string(CORBOT_SCRATCH_DIR) + "/" + name_ + ".trace";
+  start_servant({"-ORBtraceFile", trace});
+  constexpr int kMessages = 150;
+  for (int i = 0; i < kMessages; ++i) {
+    RawConnection rude(port_);
+    ASSERT_TRUE(rude.send(giop_header(77, 4, false, 2) + "none"));
+    ASSERT_TRUE(rude.closed(within(30)));
+  }
+  std::ifstream file(trace);
+  int found = 0;
+  for (std::string line; std::getline(file, line);) found += line.find("protocol error") != std::string::npos;
+  EXPECT_EQ(found, kMessages);
+  std::filesystem::remove(trace);
 }
 
 TEST(LogLimit, AdmitsAHundredAMinuteAndCountsTheRest) {
