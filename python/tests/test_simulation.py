@@ -114,11 +114,13 @@ def test_a_program_that_ignores_the_end_of_its_children_ends_a_robot() -> None:
 @pytest.mark.parametrize("end", ["sys.exit()", "robot.end()"])
 def test_the_end_of_a_fork_leaves_the_robot_up(end: str) -> None:
     program = (
-        "import os, sys, corbot\nrobot = corbot.simulated()\nrobot.start()\n"
+        "import os, sys, corbot\nrobot = corbot.simulated()\narm = robot.start()\n"
         f"if os.fork() == 0:\n    {end}\n    os._exit(0)\n"
-        "os.wait()\nprint(robot.output)"
+        "os.wait()\narm.joints([5, 0, 0, 0])\nprint(robot.output != '', *arm.state.joints)"
     )
-    assert "is up at" in subprocess.check_output([sys.executable, "-c", program], text=True)
+    output, *joints = subprocess.check_output([sys.executable, "-c", program], text=True).split()
+    assert output == "True"
+    assert [float(joint) for joint in joints] == pytest.approx((5, 0, 0, 0), abs=1e-3)
 
 
 def test_a_killed_python_without_a_path_leaves_nothing_behind() -> None:
