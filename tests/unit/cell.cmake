@@ -25,7 +25,6 @@ corbot_test(test_cell_models TIER core SANITIZED_AT_NIGHT
        corbot::backends corbot_process tinyxml fmt::fmt)
 corbot_test(test_cell_programs TIER process
   SOURCES ${programs} cell_worker/fake_cell.cpp
-  LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_remote corbot::cell_store
-       corbot::cell_program
+  LIBS corbot_cli_rig corbot::cell_coordinator corbot::cell_worker corbot::cell_store corbot::cell_program
        corbot::cell_config corbot::cell_record corbot::client corbot_rig fmt::fmt
   DEPENDS corbot corbot-rt corbot-servant corbot-store corbot-scene corbot-camera)

@@ -5,11 +5,13 @@ set(sources architecture/architecture_test.cpp architecture/linked_libraries.cpp
 # functions of their own.
 if(NOT CORBOT_SANITIZE)
   list(APPEND sources rt/binding_test.cpp)
+  add_library(binding_probe_code OBJECT rt/binding_probe.cpp)
+  corbot_target(binding_probe_code)
+  target_link_libraries(binding_probe_code PUBLIC corbot_test_headers corbot::rt_core corbot::loopback
+                                                  corbot::planner corbot::config)
   foreach(probe IN ITEMS binding_probe binding_probe_lazy)
-    add_executable(${probe} rt/binding_probe.cpp)
-    corbot_target(${probe})
-    target_link_libraries(${probe} PRIVATE corbot_test_headers corbot::rt_core corbot::loopback
-                                           corbot::planner corbot::config)
+    add_executable(${probe})
+    target_link_libraries(${probe} PRIVATE binding_probe_code)
     set_target_properties(${probe} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   endforeach()
   target_link_options(binding_probe_lazy PRIVATE -Wl,-z,lazy)
