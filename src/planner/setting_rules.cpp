@@ -36,20 +36,19 @@ const char* pitch_refused(const Kinematics& arm) {
 const char* orientation_refused(const Kinematics& arm) {
   switch (arm.follows()) {
     case Follows::kPitch:
-      return "this arm follows the tool pitch alone: SetToolPitch, or MovePose for a pose that it can take";
+      return "this arm follows the tool pitch alone, no other orientation: set the tool pitch, or move to a "
+             "pose that the arm can take";
     case Follows::kPitchAndRoll:
-      return "this arm follows pitch and roll of its tool, not every orientation: SetToolPitch, or MovePose "
-             "for a pose that it can take";
+      return "this arm follows pitch and roll of its tool, not every orientation: set the tool pitch, or "
+             "move to a pose that the arm can take";
     case Follows::kYaw:
-      return "this arm follows the yaw of its tool alone, which its motions keep: MovePose for a pose that "
-             "it "
-             "can take";
+      return "this arm follows the yaw of its tool alone, no other orientation, and its motions keep the "
+             "yaw: "
+             "move to a pose that the arm can take";
     case Follows::kNone:
-      if (arm.followed().count > 0) {
-        return "this arm does not follow every orientation, and its motions keep what it follows: MovePose "
-               "for "
-               "a pose that it can take";
-      }
+      if (arm.followed().count > 0)
+        return "this arm does not follow every orientation, and its motions keep what it follows: move to a "
+               "pose that the arm can take";
       break;
     case Follows::kFull:
       break;
@@ -111,7 +110,8 @@ std::optional<PlanRefusal> check_joint_number(const ArmModel& arm, int joint) {
 
 std::optional<PlanRefusal> check_tool_pitch(const Kinematics& arm, double degrees) {
   if (!(degrees >= -180.0 && degrees <= 180.0))
-    return bad_setting("degrees", degrees, fmt::format("{:.6g} degrees, allowed -180 to 180", degrees));
+    return bad_setting("degrees", degrees,
+                       fmt::format("tool pitch {:.6g} degrees, allowed -180 to 180", degrees));
   if (!has_tool_pitch(arm)) return bad_setting("degrees", degrees, pitch_refused(arm));
   return std::nullopt;
 }

@@ -21,6 +21,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 class Arms : public CliRig {
  protected:
@@ -78,7 +79,9 @@ TEST_F(Arms, OfFourJointsSayHowFarAnOrientationIsOff) {
   EXPECT_THAT(rolled.errors, HasSubstr("than 5.1 degrees, allowed up to 5 degrees"));
   const RunResult set = corbot({"orientation", "0", "0", "0"});
   EXPECT_EQ(set.code, 1);
-  EXPECT_THAT(set.errors, HasSubstr("follows the tool pitch alone"));
+  EXPECT_THAT(set.errors, StartsWith("corbot: refused: this arm follows the tool pitch alone, no other"));
+  EXPECT_THAT(corbot({"pitch", "999"}).errors,
+              StartsWith("corbot: refused: tool pitch 999 degrees, allowed -180 to 180; this command"));
   EXPECT_THAT(corbot({"move", "0.1", "0", "0.02"}).errors,
               HasSubstr("is not within -30 to 150 degrees; the tool pitch is 0 degrees ('corbot pitch' sets "
                         "another); this command moved nothing"));

@@ -215,7 +215,8 @@ TEST_F(LynxPoseCalls, SetToolOrientationSaysWhatTheArmFollows) {
   EXPECT_EQ(set_orientation({1.0, 0.0, 0.0, 0.0}), CORBOT_BAD_PARAMETER);
   EXPECT_STREQ(error_.parameter, "orientation");
   EXPECT_EQ(error_.value, 4.0);
-  EXPECT_THAT(error_.text, HasSubstr("follows the tool pitch alone: SetToolPitch"));
+  EXPECT_THAT(error_.text,
+              HasSubstr("follows the tool pitch alone, no other orientation: set the tool pitch"));
   ASSERT_EQ(corbot_robot_set_tool_pitch(called_.get(), nullptr, -20.0, &error_), CORBOT_OK);
   ASSERT_EQ(corbot_robot_reset_tool_orientation(called_.get(), nullptr, &error_), CORBOT_OK);
   EXPECT_EQ(corbot_robot_tool_pitch(called_.get()), 0.0) << "taken back as well";
