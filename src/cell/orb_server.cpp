@@ -10,6 +10,7 @@
 #include "net/connections.h"
 #include "net/ports.h"
 #include "notify/end_signals.h"
+#include "orb/log/orb_log.h"
 
 namespace corbot::cell {
 
@@ -44,6 +45,7 @@ OrbServer::OrbServer(const std::string& host, const std::vector<int>& ports, std
   int argc = static_cast<int>(argv.size());
   argv.push_back(nullptr);
   orb_ = CORBA::ORB_init(argc, argv.data());
+  orb::limit_orb_log();
   count_calls();
   const CORBA::Object_var object = orb_->resolve_initial_references("omniINSPOA");
   poa_ = PortableServer::POA::_narrow(object);

@@ -16,7 +16,7 @@
 
 #include <fmt/core.h>
 
-#include "orb/omniorb/orb_log.h"
+#include "orb/log/orb_log.h"
 #include "support/giop.h"
 #include "support/paths.h"
 #include "support/ports.h"
@@ -101,6 +101,7 @@ TEST_F(HostileClients, HalfAMessageBlocksNoOtherClient) {
 }
 
 TEST_F(HostileClients, AFloodOfGarbageDoesNotFillTheLog) {
+  const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < 300; ++i) {
     RawConnection rude(port_);
     ASSERT_TRUE(rude.send(giop_header(77, 4, false, 2) + "none"));  // no type of message
@@ -109,7 +110,8 @@ TEST_F(HostileClients, AFloodOfGarbageDoesNotFillTheLog) {
   EXPECT_EQ(arm_->DoF(), 4);
   const std::string log = servant_->errors();
   const auto lines = std::count(log.begin(), log.end(), '\n');
-  EXPECT_LE(lines, 150) << log;
+  const auto minutes = (std::chrono::steady_clock::now() - begin) / std::chrono::minutes(1);
+  EXPECT_LE(lines, 150 + 101 * minutes) << log;
   EXPECT_TRUE(on_orbit2() || lines >= 100) << "ORBit2 logs none: " << log;
 }
 
@@ -162,8 +164,8 @@ TEST_F(HostileClients, ATraceOfTheOrbIsWhole) {
 }
 
 TEST(LogLimit, AdmitsAHundredAMinuteAndCountsTheRest) {
-  omni::LogLimit limit;
-  const omni::LogLimit::Clock::time_point begin{std::chrono::hours(1)};
+  orb::LogLimit limit;
+  const orb::LogLimit::Clock::time_point begin{std::chrono::hours(1)};
   for (int i = 0; i < 100; ++i) EXPECT_EQ(limit.admit(begin), 0u);
   for (int i = 0; i < 7; ++i) EXPECT_EQ(limit.admit(begin + std::chrono::seconds(59)), std::nullopt);
   EXPECT_EQ(limit.admit(begin + std::chrono::seconds(60)), 7u);

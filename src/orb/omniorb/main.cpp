@@ -18,10 +18,10 @@
 #include "net/arrivals.h"
 #include "net/endpoint.h"
 #include "net/giop_probe.h"
+#include "orb/log/orb_log.h"
 #include "orb/omniorb/arm_servant.h"
 #include "orb/omniorb/naming.h"
 #include "orb/omniorb/options.h"
-#include "orb/omniorb/orb_log.h"
 #include "orb/omniorb/place.h"
 
 namespace {
@@ -143,7 +143,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
   corbot_connections_start();
   const Arrivals arrivals(robot);
   CORBA::ORB_var orb = start_orb(options);
-  limit_orb_log();
+  orb::limit_orb_log();
   CORBA::Object_var object = orb->resolve_initial_references("omniINSPOA");
   PortableServer::POA_var poa = PortableServer::POA::_narrow(object);
   ControlReferences control(orb, name);

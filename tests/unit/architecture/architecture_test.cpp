@@ -207,5 +207,21 @@ TEST_F(PlantedBreach, ByATestOfTheSameNameIsFound) {
                 "Stop.IsAStop is the name of a test in tests/unit/stop_test.cpp, too");
 }
 
+/// One program may have both files.
+TEST_F(PlantedBreach, ByWhatTwoFilesDefineIsFound) {
+  const std::string arm = "inline Arm lynx5() {\n  return {};\n}\n";
+  const auto in = [](const std::string& space, const std::string& text) {
+    return "namespace " + space + "{\n" + text + "}  // namespace\n";
+  };
+  plant("tests/unit/rt/rig.h", in("corbot::test ", arm));
+  expect_breach("tests/unit/planner/arm.h", in("corbot::test ", arm),
+                "corbot::test::lynx5() is defined in tests/unit/");
+  expect_good("tests/unit/planner/arm.h", in("corbot::cell ", arm));
+  expect_good("tests/unit/planner/arm_test.cpp", in("corbot::test ", in("", arm)));
+  plant("rt/inputs/stop_input.h", in("corbot::rt ", "class StopInput : public Input {\n};\n"));
+  expect_breach("rt/cycle/stop_input.h", in("corbot::rt ", "struct StopInput final {\n};\n"),
+                "corbot::rt::StopInput is defined in rt/");
+}
+
 }  // namespace
 }  // namespace corbot::test

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -212,6 +213,22 @@ TEST_F(StoreProgram, AFloodOfIdleConnectionsShutsOutNoCallAndEndsNoneThatWaits) 
   const auto entered = waiting.reply(within(10));
   ASSERT_TRUE(entered);
   EXPECT_EQ(entered->status, 0U);
+}
+
+TEST_F(StoreProgram, AFloodOfGarbageDoesNotFillTheLog) {
+  connect();
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 300; ++i) {
+    test::RawConnection rude(port_);
+    ASSERT_TRUE(rude.send(test::giop_header(77, 4, false, 2) + "none"));  // no type of message
+    ASSERT_TRUE(rude.closed(within(30)));
+  }
+  EXPECT_FALSE(store_->_non_existent());
+  const std::string log = program_->errors();
+  const auto lines = std::count(log.begin(), log.end(), '\n');
+  const auto minutes = (std::chrono::steady_clock::now() - begin) / std::chrono::minutes(1);
+  EXPECT_LE(lines, 150 + 101 * minutes) << log;
+  EXPECT_GE(lines, 100) << log;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "orb/omniorb/orb_log.h"
+#include "orb/log/orb_log.h"
 
 #include <omniORB4/CORBA.h>
 #include <poll.h>
@@ -7,10 +7,12 @@
 
 #include <cinttypes>
 #include <cstdio>
+#include <mutex>
 
-namespace corbot::omni {
+namespace corbot::orb {
 namespace {
 
+std::mutex log_mutex;  // from the look for room to the end of the message
 LogLimit log_limit;
 
 bool would_block() noexcept {
@@ -20,6 +22,7 @@ bool would_block() noexcept {
 
 /// The ORB calls this function from its destructors, too.
 void write(const char* message) noexcept {
+  const std::lock_guard lock(log_mutex);
   if (would_block()) return log_limit.leave_out();
   const auto left_out = log_limit.admit(LogLimit::Clock::now());
   if (!left_out) return;
@@ -36,4 +39,4 @@ void limit_orb_log() {
   omniORB::setLogFunction(&write);
 }
 
-}  // namespace corbot::omni
+}  // namespace corbot::orb

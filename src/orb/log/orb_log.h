@@ -3,13 +3,12 @@
 
 #include <chrono>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <utility>
 
-namespace corbot::omni {
+namespace corbot::orb {
 
-/// Admits at most 100 messages a minute. Thread-safe.
+/// Admits at most 100 messages in each minute, which begins with its first message. Not thread-safe.
 class LogLimit {
  public:
   using Clock = std::chrono::steady_clock;
@@ -19,7 +18,6 @@ class LogLimit {
   /// Returns nothing if the message is to be left out. Otherwise returns the number of those that were left
   /// out since the previous one.
   [[nodiscard]] std::optional<std::uint64_t> admit(Clock::time_point now) noexcept {
-    const std::lock_guard lock(mutex_);
     if (admitted_ == 0 || now - began_ >= kPeriod) {
       began_ = now;
       admitted_ = 0;
@@ -33,13 +31,9 @@ class LogLimit {
   }
 
   /// Counts a message that could not be written.
-  void leave_out() noexcept {
-    const std::lock_guard lock(mutex_);
-    ++left_out_;
-  }
+  void leave_out() noexcept { ++left_out_; }
 
  private:
-  std::mutex mutex_;
   Clock::time_point began_{};
   int admitted_{0};
   std::uint64_t left_out_{0};
@@ -51,4 +45,4 @@ class LogLimit {
 /// keeps all. Call this after the ORB's start, which reads these options.
 void limit_orb_log();
 
-}  // namespace corbot::omni
+}  // namespace corbot::orb
