@@ -450,9 +450,10 @@ void check_command(const CLI::App& app, std::span<const std::string> words, cons
 }
 
 /// Refuses an empty word, and an option with an empty value. A shell passes these if a variable is not set,
-/// and a default in their place could move another robot. A stop needs no name: without one it stops all.
-void check_no_word_is_empty(const std::vector<std::string>& words) {
-  if (!words.empty() && words[0] == "stop") return;
+/// and a default in their place could move another robot. A stop and a hold need no name: they end motions.
+void check_no_word_is_empty(const CLI::App& app, const std::vector<std::string>& words) {
+  const auto command = without_options(app, words);
+  if (!command.empty() && (command[0] == "stop" || command[0] == "hold")) return;
   for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
     const std::string& word = words[i];
     if (word.starts_with("--") && word.find('=') == word.size() - 1)
@@ -511,7 +512,7 @@ int run(int argc, char** argv) {
   });
   app.add_subcommand("help", "List the commands, or describe one, as in 'corbot help move'");
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
-  check_no_word_is_empty(arguments);
+  check_no_word_is_empty(app, arguments);
   const auto help = arguments.begin() + (!arguments.empty() && arguments[0] == "cell" ? 1 : 0);
   if (help != arguments.end() && *help == "help") {  // the suggestion would be 'hold'
     arguments.erase(help);

@@ -14,6 +14,7 @@
 #include "cli/gripper_view.h"
 #include "cli/joint_view.h"
 #include "cli/speed_view.h"
+#include "client/explain.h"
 #include "client/json_view.h"
 #include "corbot/channel/alarms.h"
 #include "corbot/channel/records.h"
@@ -97,13 +98,12 @@ json orientation_data(const std::optional<Corbot::Quaternion>& q) {
 /// Returns true if the reading is older than five of the longest periods that a profile may have.
 bool is_old(const StatusReport& report) { return report.cycle_age_s.value_or(0) > 0.1; }
 
-/// Describes the tool pitch of the next move: the pitch that is set. Without one a four-axis arm takes 0, any
-/// other keeps the present pitch.
+/// Describes the tool pitch of the next move. The row of the tool shows its angles now.
 std::string pitch_text(const StatusReport& r) {
-  const bool has_default = r.kind == Corbot::Anthropomorphic && r.joints.size() == 4;
-  std::string now = fmt::format("{:g} deg now", rounded(r.pose.b, 100));
-  if (r.tool_orientation || (!has_default && r.tool_pitch_deg == 0.0)) return now;
-  return fmt::format("{}, {:g} deg for the next move", now, rounded(r.tool_pitch_deg, 1e6));
+  if (r.tool_orientation) return "that of the set orientation";
+  if (r.tool_pitch_deg == 0.0 && !client::has_default_pitch(r.kind, r.joints.size()))
+    return "kept by the next move";
+  return fmt::format("{:g} deg for the next move", rounded(r.tool_pitch_deg, 1e6));
 }
 
 /// Returns text such as "cell 7, 11.8 s left unless renewed", or "" if no client has control.

@@ -434,8 +434,8 @@ std::string Client::pitch_clause(Verb verb, const Corbot::LimitExceeded& e) cons
   if (!uses_pitch || is_heading || std::string_view(e.quantity.in()) != kJointRangeWord) return {};
   try {
     const double pitch_deg = arm_->ToolPitch();
-    const bool has_default = arm_->RobotType() == Corbot::Anthropomorphic && arm_->DoF() == 4;
-    if (!has_default && pitch_deg == 0.0) return {};  // none is set, or the arm has none, or 0 is set
+    if (pitch_deg == 0.0 && !has_default_pitch(arm_->RobotType(), static_cast<std::size_t>(arm_->DoF())))
+      return {};  // none is set, or the arm has none, or 0 is set
     return fmt::format("; the tool pitch is {} degrees ('corbot pitch' sets another)", plain(pitch_deg));
   } catch (const CORBA::Exception&) {
     return {};  // as for info_of()

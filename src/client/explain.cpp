@@ -72,6 +72,10 @@ std::string plain(double value) {
   return fmt::format("{:.6g}", value);
 }
 
+bool has_default_pitch(Corbot::RobotKind kind, std::size_t joints) {
+  return kind == Corbot::Anthropomorphic && joints == 4;
+}
+
 const char* metres_hint(double x_m, double y_m, double z_m) {
   const double farthest_m = std::max({std::abs(x_m), std::abs(y_m), std::abs(z_m)});
   return farthest_m >= kUnlikely_m ? "; numbers are metres: 20 cm is 0.20" : "";

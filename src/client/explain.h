@@ -55,6 +55,9 @@ struct Address {
 /// Returns the joint's number. Throws Failure, kUsage, with all names, if `name` is not among `names`.
 [[nodiscard]] int number_of_joint(std::span<const std::string> names, const std::string& name);
 
+/// Returns true if an arm whose tool pitch is not set plans with pitch 0. Other arms keep their tool's pitch.
+[[nodiscard]] bool has_default_pitch(Corbot::RobotKind kind, std::size_t joints);
+
 /// Returns the value with at most six significant digits: "0.42", "-12.5".
 [[nodiscard]] std::string plain(double value);
 

@@ -295,7 +295,12 @@ TEST_F(Robustness, AnEmptyWordMovesNothing) {
   const RunResult unnamed = corbot({"up", CORBOT_TEST_PROFILE, "--name", "--simulated"});
   EXPECT_EQ(unnamed.code, 2);
   EXPECT_THAT(unnamed.errors, HasSubstr("--name: '--simulated' is an option: is a variable of the shell"));
-  EXPECT_EQ(corbot({"stop", "--robot", ""}).code, 0) << "a stop stops";
+  using Words = std::vector<std::string>;
+  for (const Words& stop : {Words{"stop", "--robot", ""}, Words{"--robot", "", "stop"},
+                            Words{"--timeout", "2", "stop", "--robot", ""}}) {
+    const RunResult stopped = corbot(stop);
+    EXPECT_EQ(stopped.code, 0) << "a stop stops: " << stopped.errors;
+  }
   EXPECT_EQ(corbot({"acquire", "--who=lab="}).code, 0) << "a value may end so";
   EXPECT_EQ(status().at("joints").at(0).at("value_deg").get<double>(), before);
 }

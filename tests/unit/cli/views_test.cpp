@@ -53,15 +53,17 @@ TEST(Status, ShowsStateAlarmsAndNoMinusZero) {
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1);
 }
 
-TEST(Status, ThePitchNowAndOfTheNextMoveAreTold) {
+TEST(Status, ThePitchOfTheNextMoveIsTold) {
   StatusReport report = sample();
   report.kind = Corbot::Anthropomorphic;
   report.pose.b = -35;
-  EXPECT_THAT(status_text(report), HasSubstr("pitch     -35 deg now, 0 deg for the next move\n"));
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     0 deg for the next move\n"));
   report.kind = Corbot::Scara;
-  EXPECT_THAT(status_text(report), HasSubstr("pitch     -35 deg now\n")) << "it keeps what it has";
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     kept by the next move\n"));
   report.tool_pitch_deg = 20;
-  EXPECT_THAT(status_text(report), HasSubstr("pitch     -35 deg now, 20 deg for the next move\n"));
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     20 deg for the next move\n"));
+  report.tool_orientation = Corbot::Quaternion{1, 0, 0, 0};
+  EXPECT_THAT(status_text(report), HasSubstr("pitch     that of the set orientation\n"));
 }
 
 TEST(Status, ADeviceThatIsBackNeedsAClearOnly) {
