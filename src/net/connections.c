@@ -262,13 +262,21 @@ static void forget(int fd) {
   corbot_arrivals_closed(fd);
 }
 
-/* Returns true if connections may be accepted. Otherwise waits briefly first, as the thread may have other
- * work. */
+static bool may_accept(void) {
+  pthread_mutex_lock(&mutex);
+  const bool may = most == 0 || (phase != kStarting && open_count < 2 * most);
+  pthread_mutex_unlock(&mutex);
+  return may;
+}
+
+/* Returns true if connections may be accepted, which includes that the ORB has noticed enough of those that
+ * have ended. Otherwise waits briefly first, as the thread may have other work. Clients wait in the listen
+ * queue. */
 static bool is_open(void) {
   static const int wait_ms = 5;
-  if (most == 0 || phase != kStarting) return true;
+  if (may_accept()) return true;
   (void)poll(NULL, 0, wait_ms);
-  return phase != kStarting;
+  return may_accept();
 }
 
 static void note_listener(int fd) {
