@@ -50,7 +50,8 @@ PlanResult arc_motion(const Rig& rig, bool out) {
 /// Percentiles of `kCycles` cycles. `next` plans a motion whenever the arm rests;
 /// only cycles in motion count. Sets `median_us`, if there is one.
 bool measure(const char* name, const std::function<PlanResult(const Rig&, bool)>& next, Ramps ramps,
-             const ArmModel& arm = lynx5(), const Joints& there_q = kThere, double* median_us = nullptr) {
+             const ArmModel& arm = shipped_lynx5(), const Joints& there_q = kThere,
+             double* median_us = nullptr) {
   Rig rig(arm);
   rig.step();
   if (next) {
@@ -113,11 +114,11 @@ bool measure_line(const std::string& name) {
 /// The joint motion without a workspace, and among a floor and four boxes beyond its reach.
 bool measure_workspace() {
   double free_us = 0.0;
-  bool good = measure("joint motion alone", joint_motion, Ramps::kNone, lynx5(), kThere, &free_us);
+  bool good = measure("joint motion alone", joint_motion, Ramps::kNone, shipped_lynx5(), kThere, &free_us);
   for (const auto& [name, parts] :
        {std::pair("floor, boxes, points", kPoints), std::pair("floor, boxes, links", kPointsAndLinks)}) {
     double checked_us = 0.0;
-    const ArmModel arm = among_posts(lynx5(), 1.5, parts);
+    const ArmModel arm = among_posts(shipped_lynx5(), 1.5, parts);
     good = measure(name, joint_motion, Ramps::kNone, arm, kThere, &checked_us) && good;
     fmt::print("with this check a cycle takes {:.2f} times as long\n", checked_us / free_us);
   }

@@ -17,7 +17,7 @@ namespace corbot::test {
 /// A line that passes the task's gate and then leaves a joint's range. The elbow bends most between two of
 /// the points that the gate checks, and the range of `arm` ends there. No planner would give it out.
 struct BadLine {
-  ArmModel arm = lynx5();
+  ArmModel arm = shipped_lynx5();
   Joints from_q{-0.5, 0.9, 1.2, 0.6};
   PlanResult plan;
 

@@ -18,7 +18,7 @@ namespace {
 
 const Joints kRest{0.1, 0.9, 1.2, 0.4};
 
-Pose own_tool() { return frames_of(lynx5().kinematics).n_T_tool; }
+Pose own_tool() { return frames_of(shipped_lynx5().kinematics).n_T_tool; }
 
 /// A longer tool, and one that looks down.
 PlanSettings with_tool(double ahead_m, double tilt_rad, double pitch_rad) {

@@ -104,7 +104,7 @@ TEST_F(BadPath, AfterAGapOnTheRampTheArmIsAtRest) {
 TEST(JointRamp, KeepsEveryLimitFromWhereverAJointMotionIs) {
   std::mt19937_64 random(7);
   const auto uniform = [&random](double a, double b) { return std::uniform_real_distribution(a, b)(random); };
-  const ArmModel arm = lynx5();
+  const ArmModel arm = shipped_lynx5();
   Rig planning;
   planning.step();
   for (int round = 0; round < 400; ++round) {
@@ -148,7 +148,7 @@ TEST(JointRamp, KeepsEveryLimitFromWhereverAJointMotionIs) {
 }
 
 TEST(JointRamp, BrakesHarderRatherThanLeaveTheRange) {
-  const ArmModel arm = lynx5();
+  const ArmModel arm = shipped_lynx5();
   rt::JointRamp ramp(arm);
   Joints at{};
   at[0] = arm.joints[0].upper_q - 0.05;

@@ -30,7 +30,7 @@ TEST(ServoMap, MapsBoundsAndNeverSaysNan) {
 
 TEST(ServoMap, PutsTheGripperBehindTheJoints) {
   ServoFrame frame;
-  rt::map_to_pulses(lynx5(), {0.1, 0.2, 0.3, 0.4}, 1.0, frame);
+  rt::map_to_pulses(shipped_lynx5(), {0.1, 0.2, 0.3, 0.4}, 1.0, frame);
   EXPECT_EQ(frame.servo_count, 5u);
   EXPECT_EQ(frame.channel[4], 4u);
   EXPECT_DOUBLE_EQ(frame.pulse_us[4], 1100.0);
@@ -42,7 +42,7 @@ class SetPointCheck : public ::testing::Test {
   rt::SetPointVerdict check(const Joints& next, double opening = 0.0) const {
     return rt::check_set_point(arm, last, next, opening, 1e-3);
   }
-  ArmModel arm = lynx5();
+  ArmModel arm = shipped_lynx5();
   Joints last{0.1, 0.9, 1.2, 0.4};
 };
 
@@ -132,9 +132,9 @@ TEST(ServoModel, TakesPulsesInItsResolutionAndNoNan) {
 }
 
 TEST(LoopbackBackend, TakesTheNewestPulsesFiftyTimesASecond) {
-  rt::LoopbackBackend backend(lynx5(), {});
+  rt::LoopbackBackend backend(shipped_lynx5(), {});
   ServoFrame frame;
-  rt::map_to_pulses(lynx5(), {}, 0.0, frame);
+  rt::map_to_pulses(shipped_lynx5(), {}, 0.0, frame);
   backend.open(frame);
   for (int i = 0; i < 1000; ++i) {
     frame.cycle = static_cast<std::uint64_t>(i);
@@ -150,9 +150,9 @@ TEST(LoopbackBackend, TakesTheNewestPulsesFiftyTimesASecond) {
 }
 
 TEST(LoopbackBackend, AfterAGapThereIsNoBurst) {
-  rt::LoopbackBackend backend(lynx5(), {});
+  rt::LoopbackBackend backend(shipped_lynx5(), {});
   ServoFrame frame;
-  rt::map_to_pulses(lynx5(), {}, 0.0, frame);
+  rt::map_to_pulses(shipped_lynx5(), {}, 0.0, frame);
   backend.open(frame);
   for (const std::int64_t ms : {0, 10, 20, 500, 501, 502, 519, 520, 540}) {
     frame.time_ns = ms * 1'000'000;
@@ -164,11 +164,11 @@ TEST(LoopbackBackend, AfterAGapThereIsNoBurst) {
 TEST(LoopbackBackend, ReadsBackTheServosAndTellsItsHealth) {
   rt::LoopbackSettings settings;
   settings.readback = true;
-  rt::LoopbackBackend backend(lynx5(), settings);
+  rt::LoopbackBackend backend(shipped_lynx5(), settings);
   EXPECT_EQ(backend.health(), BackendHealth::kClosed);
   ServoFrame frame;
   const Joints there{0.2, 0.3, 0.4, 0.5};
-  rt::map_to_pulses(lynx5(), there, 0.0, frame);
+  rt::map_to_pulses(shipped_lynx5(), there, 0.0, frame);
   backend.open(frame);
   EXPECT_EQ(backend.health(), BackendHealth::kOpen);
   backend.write(frame);

@@ -16,7 +16,7 @@
 
 namespace corbot::test {
 
-inline ArmModel lynx5() {
+inline ArmModel shipped_lynx5() {
   static const ArmModel arm = arm_of("lynx5");
   return arm;
 }
@@ -25,11 +25,11 @@ inline ArmModel lynx5() {
 /// backend. The test plays the servant, and hands the segments over.
 class Rig {
  public:
-  explicit Rig(const ArmModel& model = lynx5()) : arm(model), planner(model), backend(model, {}) {
+  explicit Rig(const ArmModel& model = shipped_lynx5()) : arm(model), planner(model), backend(model, {}) {
     restart();
   }
   /// A task over another device, which outlives this.
-  explicit Rig(Backend& other, const ArmModel& model = lynx5())
+  explicit Rig(Backend& other, const ArmModel& model = shipped_lynx5())
       : arm(model), planner(model), backend(model, {}), device(other) {
     restart();
   }

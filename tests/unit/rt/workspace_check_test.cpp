@@ -25,7 +25,7 @@ const Joints kBent{0.0, 0.7, 1.05, 0.96};
 WorkspaceShape floor_at(double height_m) { return plane_shape({{0, 0, 1}, height_m}, kTool | kWrist); }
 
 ArmModel arm_in(const WorkspaceShape& shape) {
-  ArmModel arm = lynx5();
+  ArmModel arm = shipped_lynx5();
   arm.workspace.shapes[arm.workspace.count++] = shape;
   return arm;
 }
@@ -52,10 +52,10 @@ class WorkspaceCheck : public ::testing::Test {
     }
     return Verdict::kLost;
   }
-  static Vector3 tool_at(const Joints& q) { return lynx5().kinematics.forward(q).position_m; }
+  static Vector3 tool_at(const Joints& q) { return shipped_lynx5().kinematics.forward(q).position_m; }
 
   std::unique_ptr<Rig> rig_;
-  const Planner liar_{lynx5()};
+  const Planner liar_{shipped_lynx5()};
   double lowest_tool_m_{1.0}, highest_elbow_m_{0.0};
 };
 
@@ -64,7 +64,7 @@ TEST_F(WorkspaceCheck, ACommandThatEndsOutsideMovesNothing) {
   Joints below = kBent;
   below[1] = -0.2;
   PlanSettings settings;
-  settings.tool_pitch_rad = tool_pose(lynx5().kinematics, kBent).pitch_rad;
+  settings.tool_pitch_rad = tool_pose(shipped_lynx5().kinematics, kBent).pitch_rad;
   const Vector3 here = tool_at(kBent), target{here[0], here[1], -0.05};
   for (const PlanResult& plan :
        {liar_.move_joints(rig_->start(), {}, below, 0.0), liar_.move(rig_->start(), settings, target, 0.0),
@@ -103,7 +103,7 @@ TEST_F(WorkspaceCheck, ALineAndAnArcAreCheckedBetweenTheirEnds) {
                                         {here[0] + 0.05, 0.05, here[2] + 0.05}, kTool);
   PlanSettings slow;
   slow.speed_ratio = 0.02;
-  slow.tool_pitch_rad = tool_pose(lynx5().kinematics, kBent).pitch_rad;
+  slow.tool_pitch_rad = tool_pose(shipped_lynx5().kinematics, kBent).pitch_rad;
   const PlanStart start{kBent, 0.0};
   const Vector3 to = here + Vector3{0.0, 0.08, 0.0}, over = here + Vector3{0.01, 0.04, 0.0};
   for (const PlanResult& plan :
@@ -117,7 +117,7 @@ TEST_F(WorkspaceCheck, ALineAndAnArcAreCheckedBetweenTheirEnds) {
 }
 
 TEST_F(WorkspaceCheck, ALinkIsCheckedBetweenItsEnds) {
-  const JointChain chain = lynx5().kinematics.chain();
+  const JointChain chain = shipped_lynx5().kinematics.chain();
   const auto states = part_states(chain, points_of(chain), kBent);
   const Vector3 middle = 0.5 * (states[1].position_m + states[2].position_m), half{0.01, 0.01, 0.01};
   ArmModel arm = arm_in(box_shape(ShapeKind::kOutside, middle - half, middle + half, bit_of(4)));
@@ -151,7 +151,7 @@ TEST_F(WorkspaceCheck, TheFramesOfAJointCommandCount) {
 TEST_F(WorkspaceCheck, LetsPassWhatThePlannerProves) {
   begin(arm_in(floor_at(0.0)), kBent);
   PlanSettings settings;
-  settings.tool_pitch_rad = tool_pose(lynx5().kinematics, kBent).pitch_rad;
+  settings.tool_pitch_rad = tool_pose(shipped_lynx5().kinematics, kBent).pitch_rad;
   const Vector3 here = tool_at(kBent);
   const auto run = [&](const PlanResult& plan) {
     ASSERT_TRUE(std::holds_alternative<std::vector<Command>>(plan)) << std::get<PlanRefusal>(plan).text;
@@ -183,7 +183,7 @@ TEST_F(WorkspaceCheck, FromOutsideTheArmMayMoveInwardOnly) {
 class FurtherShapesCheck : public WorkspaceCheck {
  protected:
   void SetUp() override {
-    begin(lynx5(), kBent);
+    begin(shipped_lynx5(), kBent);
     further_.shapes[further_.count++] = floor_at(height_m(0) - 0.01);
     down_[1] = 0.6;
   }
@@ -226,7 +226,7 @@ TEST_F(FurtherShapesCheck, OfWhichACommandNamesOthersOrThatAreUnsoundRefuseIt) {
 }
 
 TEST_F(FurtherShapesCheck, HoldForLinks) {
-  ArmModel thick = lynx5();
+  ArmModel thick = shipped_lynx5();
   thick.workspace.link_radius_m = {0.02, 0.02, 0.02};
   thick.workspace.shapes[thick.workspace.count++] = floor_at(-1.0);
   begin(thick, kBent);
