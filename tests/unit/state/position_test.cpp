@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -337,10 +338,19 @@ TEST_F(Position, AWriterThatIsKilledLeavesTheOldOrTheNewOne) {
   std::mt19937 random(std::random_device{}());
   int others = 0;
   for (int round = 0; round < 100; ++round) {
+    std::array<int, 2> written{};
+    ASSERT_EQ(::pipe(written.data()), 0);
     const pid_t child = ::fork();
     if (child == 0) {
-      for (int i = 0;; ++i) store().save(sample(i % 2 == 0 ? 0.2 : 0.1), arm_);
+      for (int i = 0;; ++i) {
+        store().save(sample(i % 2 == 0 ? 0.2 : 0.1), arm_);
+        if (i == 0) (void)!::write(written[1], "w", 1);
+      }
     }
+    ::close(written[1]);
+    char first{};
+    EXPECT_EQ(::read(written[0], &first, 1), 1);
+    ::close(written[0]);
     ::usleep(std::uniform_int_distribution<useconds_t>(0, 5000)(random));
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
@@ -350,7 +360,7 @@ TEST_F(Position, AWriterThatIsKilledLeavesTheOldOrTheNewOne) {
     ASSERT_TRUE(std::abs(base - 0.1) < 1e-12 || std::abs(base - 0.2) < 1e-12) << base;
     if (std::abs(base - 0.2) < 1e-12) ++others;
   }
-  EXPECT_GT(others, 0) << "no child got as far as to write";
+  EXPECT_GT(others, 0) << "each child was killed at a save of the old one";
 }
 
 TEST(StateDirectory, ComesFromTheEnvironment) {
