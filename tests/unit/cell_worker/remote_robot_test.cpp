@@ -207,7 +207,7 @@ TEST_F(RemoteArm, HasControlUntilReleaseAndAStopEndsTheMotionUnderWay) {
 TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
   std::stop_source stop;
   cell::WorkGate gate;
-  cell::RemoteRobot robot(client_orb(), reference_, "test", 2, stop.get_token(), gate);
+  cell::RemoteRobot robot(client_orb(), reference_, "test", 6, stop.get_token(), gate);
   ASSERT_TRUE(robot.acquire());
   robot.speed(1);
   std::string raised;
@@ -218,7 +218,7 @@ TEST_F(RemoteArm, AStopEndsAMotionWhoseReplyWasLost) {
       raised = e.what();
     }
   });
-  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  std::this_thread::sleep_for(std::chrono::milliseconds(6500));
   ASSERT_EQ(arm_->Status(), Corbot::Waiting) << "the motion goes on after its reply is given up";
   stop.request_stop();
   EXPECT_LT(running_seconds_of([&] { robot.stop(); }), 1.5);
