@@ -44,6 +44,7 @@ Cycle::Cycle(const ArmModel& arm, const CycleChannel& channel, Backend& backend,
   snapshot_.stops_done = stops_.newest();
   snapshot_.incarnation = task_.incarnation;
   snapshot_.command_id = 0;
+  frame_.cycle = snapshot_.cycle;  // a device's thread counts the cycles since its first frame
   frame_.needs_clear = fault_stop_.is_latched();
   frame_.power_off = fault_stop_.power_off();
   map_to_pulses(arm_, set_point_.position_q, set_point_.opening, frame_);

@@ -310,6 +310,7 @@ TEST_F(CycleTest, ARestartedTaskTakesUpThePositionAndDropsTheQueue) {
   const Snapshot before = rig.snapshot;
   rig.stop();  // requested while no task ran
   rig.restart();
+  EXPECT_EQ(rig.cycle->frame().cycle, before.cycle) << "else a device's thread counts all cycles before";
   rig.step();
   EXPECT_EQ(rig.snapshot.position_q, before.position_q);
   EXPECT_EQ(rig.snapshot.pulse_us, before.pulse_us);
