@@ -49,7 +49,8 @@ static uint64_t last_number;
 static int most; /* 0: not started */
 static int open_count;
 static int ending_count;
-static int own_port; /* 0: none is expected */
+static int64_t full_since_ns; /* with as many ended connections as fit; 0: there is room */
+static int own_port;          /* 0: none is expected */
 
 static int64_t now_ns(void) {
   struct timespec now;
@@ -263,17 +264,21 @@ static void forget(int fd) {
 }
 
 static bool may_accept(void) {
+  static const int64_t longest_ns = 500000000;
   pthread_mutex_lock(&mutex);
-  const bool may = most == 0 || (phase != kStarting && open_count < 2 * most);
+  const bool is_full = open_count >= 2 * most;
+  if (!is_full) full_since_ns = 0;
+  if (is_full && full_since_ns == 0) full_since_ns = now_ns();
+  const bool may = most == 0 || (phase != kStarting && (!is_full || now_ns() - full_since_ns > longest_ns));
   pthread_mutex_unlock(&mutex);
   return may;
 }
 
-/* Returns true if connections may be accepted, which includes that the ORB has noticed enough of those that
- * have ended. Otherwise waits briefly first, as the thread may have other work. Clients wait in the listen
- * queue. */
+/* Returns true if connections may be accepted. Clients wait in the listen queue until the ORB has noticed
+ * enough connections that have ended. After half a second add() decides: the servant's own connection is in
+ * that queue, too. The sleep is short, since the thread may have other work. */
 static bool is_open(void) {
-  static const int wait_ms = 5;
+  static const int wait_ms = 1;
   if (may_accept()) return true;
   (void)poll(NULL, 0, wait_ms);
   return may_accept();
