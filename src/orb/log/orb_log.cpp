@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cinttypes>
 #include <cstdio>
 #include <mutex>
@@ -13,6 +14,7 @@ namespace corbot::orb {
 namespace {
 
 std::mutex log_mutex;  // from the look for room to the end of the message
+std::atomic<std::uint64_t> left_out_beside{0};
 LogLimit log_limit;
 
 bool would_block() noexcept {
@@ -22,12 +24,17 @@ bool would_block() noexcept {
 
 /// The ORB calls this function from its destructors, too.
 void write(const char* message) noexcept {
-  const std::lock_guard lock(log_mutex);
+  // Another process may fill the pipe after the look. Then one thread is held, and no other waits for it.
+  const std::unique_lock lock(log_mutex, std::try_to_lock);
+  if (!lock.owns_lock()) {
+    ++left_out_beside;
+    return;
+  }
   if (would_block()) return log_limit.leave_out();
-  const auto left_out = log_limit.admit(LogLimit::Clock::now());
-  if (!left_out) return;
-  if (*left_out > 0)
-    (void)std::fprintf(stderr, "omniORB: %" PRIu64 " messages were left out here\n", *left_out);
+  const auto admitted = log_limit.admit(LogLimit::Clock::now());
+  if (!admitted) return;
+  if (const std::uint64_t left_out = *admitted + left_out_beside.exchange(0); left_out > 0)
+    (void)std::fprintf(stderr, "omniORB: %" PRIu64 " messages were left out here\n", left_out);
   (void)std::fputs(message, stderr);
 }
 
