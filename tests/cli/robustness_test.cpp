@@ -301,6 +301,9 @@ TEST_F(Robustness, AnEmptyWordMovesNothing) {
     const RunResult stopped = corbot(stop);
     EXPECT_EQ(stopped.code, 0) << "a stop stops: " << stopped.errors;
   }
+  const RunResult held = corbot({"hold", "--robot", ""});
+  EXPECT_EQ(held.code, 0) << "so does a hold: " << held.errors;
+  EXPECT_EQ(corbot({"clear"}).code, 0);
   EXPECT_EQ(corbot({"acquire", "--who=lab="}).code, 0) << "a value may end so";
   EXPECT_EQ(status().at("joints").at(0).at("value_deg").get<double>(), before);
 }
