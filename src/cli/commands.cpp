@@ -5,6 +5,7 @@
 #include <pwd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <climits>
 #include <cmath>
@@ -16,6 +17,7 @@
 #include <variant>
 #include <vector>
 
+#include "cli/arm/arm_picture.h"
 #include "cli/arm/dry_run.h"
 #include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
@@ -31,6 +33,7 @@
 #include "client/local_stop.h"
 #include "client/notice.h"
 #include "client/stop_on_signal.h"
+#include "client/write_file.h"
 #include "config/load_profile.h"
 #include "config/profile.h"
 #include "corbot/arm/joint_units.h"
@@ -212,16 +215,35 @@ void show_frames(Client& client) {
   }
 }
 
-/// Returns the name of a robot on this machine. An address must belong to a robot that is up here. The shared
-/// memory of a robot elsewhere is not here, whatever has its name on this machine.
-std::string local_robot(const std::string& robot) {
+/// Returns the name of a robot on this machine. An address must belong to a robot that is up here. The files
+/// of a robot elsewhere are not here, whatever has its name on this machine. `reason`: why the command needs
+/// them.
+std::string local_robot(const std::string& robot, const char* reason) {
   const client::Address address = find_robot(robot);
   if (!address.local.empty()) return address.local;
   throw Failure(
       ExitCode::kUsage,
-      fmt::format("record reads shared memory, and {} is not the address of a robot that 'corbot up' "
-                  "supervises here. Run it on the robot's machine, with --robot NAME if several are up",
-                  client::printable(address.where)));
+      fmt::format("{}, and {} is not the address of a robot that 'corbot up' supervises here. Run it on the "
+                  "robot's machine, with --robot NAME if several are up",
+                  reason, client::printable(address.where)));
+}
+
+Pose pose_of(const Corbot::Pose& pose) {
+  const auto& [p, q] = pose;
+  return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
+}
+
+/// Draws the arm of a robot on this machine as it stands, with its reach in the frames in force.
+void draw_arm(const std::string& robot, const StatusReport& now, const std::string& file) {
+  const auto state = read_state(robot);
+  if (!state) throw Failure(ExitCode::kUnreachable, fmt::format("'{}' has just ended", robot));
+  Profile profile = profile_of(state->profile_in_use);
+  Joints q{};
+  for (std::size_t i = 0; i < std::min<std::size_t>(profile.arm.dof, now.joints.size()); ++i)
+    q[i] = from_shown(profile.arm.kinematics.joint_kind(i), now.joints[i]);
+  if (now.frames) profile.arm.kinematics.set_frames(pose_of(now.frames->base), pose_of(now.frames->tool));
+  profile.name = robot;
+  client::write_file(file, arm_picture(profile, q));
 }
 
 }  // namespace
@@ -333,12 +355,13 @@ void run_file(const ClientOptions& options, const RunOptions& run) {
   run_stoppable(options, [&](Client& client) { run_program(client, program); });
 }
 
-void show(const ClientOptions& options, View view, bool as_json) {
+void show(const ClientOptions& options, View view, bool as_json, const std::string& svg) {
   Client client(find_robot(options.robot), options.timeout_s);
   std::string text;
   switch (view) {
     case View::kStatus: {
       const StatusReport report = read_status(client);
+      if (!svg.empty()) draw_arm(local_robot(options.robot, "--svg needs the robot's profile"), report, svg);
       text = as_json ? status_json(report) : status_text(report);
       break;
     }
@@ -374,7 +397,7 @@ void run_watch(const ClientOptions& options, double interval_s, int count) {
 
 void run_record(const ClientOptions& options, RecordOptions record_options) {
   const OnSignal on_signal({});
-  record_options.robot = local_robot(options.robot);
+  record_options.robot = local_robot(options.robot, "record reads shared memory");
   if (const auto state = read_state(record_options.robot)) {
     try {
       const Profile profile = load_profile(state->profile_in_use);

@@ -37,7 +37,9 @@ struct RunOptions {
 void run_file(const ClientOptions& options, const RunOptions& run);
 
 enum class View { kStatus, kAlarms, kDiagnostics };
-void show(const ClientOptions& options, View view, bool as_json);
+/// `svg`: with kStatus, a file for a picture of the arm as it stands and its reach; empty: none. Only the
+/// robot's machine can draw it.
+void show(const ClientOptions& options, View view, bool as_json, const std::string& svg = "");
 /// `pose`: X Y Z, or X Y Z QW QX QY QZ.
 void show_solutions(const ClientOptions& options, const std::vector<double>& pose, bool as_json);
 void run_watch(const ClientOptions& options, double interval_s, int count);

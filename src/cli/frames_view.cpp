@@ -15,12 +15,6 @@ namespace {
 
 using client::Client;
 
-std::string text_of(const Corbot::Pose& frame) {
-  const auto& [p, q] = frame;
-  return fmt::format("{:.6g} {:.6g} {:.6g} m, orientation {:.9g} {:.9g} {:.9g} {:.9g}", p.x, p.y, p.z, q.w,
-                     q.x, q.y, q.z);
-}
-
 std::string point_text(const Corbot::Point& at) {
   return fmt::format("{:.6g} {:.6g} {:.6g}", at.x, at.y, at.z);
 }
@@ -114,10 +108,16 @@ std::string solutions_json(const Corbot::PoseSolutions& solutions, long in_use,
 
 }  // namespace
 
+std::string frame_text(const Corbot::Pose& frame) {
+  const auto& [p, q] = frame;
+  return fmt::format("{:.6g} {:.6g} {:.6g} m, orientation {:.9g} {:.9g} {:.9g} {:.9g}", p.x, p.y, p.z, q.w,
+                     q.x, q.y, q.z);
+}
+
 std::string read_frames(Client& client) {
   const Corbot::Pose tool = client.call([](auto& arm) { return arm.ToolFrame(); });
   const Corbot::Pose base = client.call([](auto& arm) { return arm.BaseFrame(); });
-  return fmt::format("tool  {}\nbase  {}\n", text_of(tool), text_of(base));
+  return fmt::format("tool  {}\nbase  {}\n", frame_text(tool), frame_text(base));
 }
 
 std::string read_workspace(Client& client) {

@@ -8,6 +8,8 @@
 
 namespace corbot::cli {
 
+/// Returns "X Y Z m, orientation QW QX QY QZ".
+[[nodiscard]] std::string frame_text(const Corbot::Pose& frame);
 /// Returns the text of `corbot frames`: tool and base frame in force.
 [[nodiscard]] std::string read_frames(client::Client& client);
 /// Returns the text of `corbot workspace`: the profile's planes and boxes, and those that clients have set.

@@ -51,6 +51,7 @@ struct Settings {
   bool json{false};
   double interval_s{0.2};
   int count{0};
+  std::string status_svg;         ///< file of the picture of `status`; empty: none
   std::vector<std::string> pose;  ///< argument of `solutions`
   PlanOptions plan;               ///< options of a motion
   RunOptions run;
@@ -338,8 +339,13 @@ void add_views(CLI::App& app, Settings& s) {
   for (const auto& [name, help, view] : views) {
     CLI::App* command = app.add_subcommand(name, help);
     command->add_flag("--json", s.json, "Print JSON, for programs");
+    if (view == View::kStatus) {
+      command->add_option("--svg", s.status_svg, "Draw the arm as it stands, and its reach, into this file")
+          ->type_name("FILE")
+          ->check(picture_file());
+    }
     add_client_options(*command, s);
-    command->callback([&s, which = view] { show(s.client, which, s.json); });
+    command->callback([&s, which = view] { show(s.client, which, s.json, s.status_svg); });
   }
   CLI::App* watch_command = app.add_subcommand("watch", "Show the status repeatedly");
   watch_command->add_option("--interval", s.interval_s, "Seconds between two outputs (0.2)")

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "cli/frames_view.h"
 #include "cli/gripper_view.h"
 #include "cli/joint_view.h"
 #include "cli/speed_view.h"
@@ -106,6 +107,25 @@ std::string pitch_text(const StatusReport& r) {
   return fmt::format("{:g} deg for the next move", rounded(r.tool_pitch_deg, 1e6));
 }
 
+/// Returns a row for each frame in force that is not the identity: it changes the positions that move takes.
+std::string frames_text(const StatusReport::Frames& frames) {
+  const auto row = [](const char* name, const Corbot::Pose& frame) {
+    const auto& [p, q] = frame;
+    const bool is_identity = p.x == 0 && p.y == 0 && p.z == 0 && std::abs(q.w) == 1;
+    return is_identity ? "" : fmt::format("  frame     {}  {}\n", name, frame_text(frame));
+  };
+  return row("tool", frames.tool) + row("base", frames.base);
+}
+
+json frame_data(const Corbot::Pose& frame) {
+  const Corbot::Point& at = frame.position;
+  return {{"x_m", at.x}, {"y_m", at.y}, {"z_m", at.z}, {"orientation", orientation_data(frame.orientation)}};
+}
+
+json frames_data(const std::optional<StatusReport::Frames>& frames) {
+  return frames ? json{{"tool", frame_data(frames->tool)}, {"base", frame_data(frames->base)}} : json();
+}
+
 /// Returns text such as "cell 7, 11.8 s left unless renewed", or "" if no client has control.
 std::string holder_text(const Corbot::ControlInfo& control) {
   const std::string holder = printable(control.holder.in());
@@ -180,6 +200,7 @@ StatusReport read_status(Client& client) {
       if (set.set) report.tool_orientation = set.orientation;
       const Corbot::SpeedSettings_var speeds = arm.Speeds();
       report.speeds = speeds.in();
+      report.frames = {arm.ToolFrame(), arm.BaseFrame()};
     } catch (const CORBA::BAD_OPERATION&) {
       // an older servant: the separate readings stay
     }
@@ -235,6 +256,7 @@ std::string status_text(const StatusReport& r) {
         "  set tool  w {:.6g}  x {:.6g}  y {:.6g}  z {:.6g}: the orientation of move, moves, movec\n", q.w,
         q.x, q.y, q.z);
   }
+  if (r.frames) text += frames_text(*r.frames);
   if (r.servant.started > 0.0) {
     text += fmt::format("  servant   corbot {}, profile {}, up since {}\n", printable(r.servant.version.in()),
                         printable(r.servant.profile.in()), local_time(r.servant.started));
@@ -278,6 +300,7 @@ std::string status_json(const StatusReport& r) {
                   {"override_percent", r.override_percent},
                   {"tool_pitch_deg", r.tool_pitch_deg},
                   {"tool_orientation", orientation_data(r.tool_orientation)},
+                  {"frames", frames_data(r.frames)},
                   {"active_alarms", alarms},
                   {"servant",
                    {{"version", printable(r.servant.version.in())},

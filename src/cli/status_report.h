@@ -36,6 +36,10 @@ struct StatusReport {
   std::optional<Corbot::SpeedSettings> speeds;  ///< none: an older servant
   double tool_pitch_deg{};
   std::optional<Corbot::Quaternion> tool_orientation;  ///< as set; none: no orientation is set
+  struct Frames {
+    Corbot::Pose tool, base;
+  };
+  std::optional<Frames> frames;  ///< in force; none: an older servant
   std::vector<ActiveAlarm> active_alarms;
   Corbot::DeviceInfo device{};
   Corbot::ServantInfo servant{};                    ///< empty: an older servant, which does not report it

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <fstream>
 #include <iterator>
+#include <regex>
 
 #include "cli/supervise/state_lock.h"
 #include "cli_rig.h"
@@ -266,6 +267,8 @@ TEST_F(Namesake, WhatIsAskedOfAnAddressConcernsNoRobotHere) {
     const std::string file = (directory_ / "r.csv").string();
     EXPECT_EQ(corbot({"record", file, "--for", "0.1", "--robot", address}).code, 2);
     EXPECT_FALSE(fs::exists(file));
+    EXPECT_EQ(corbot({"status", "--svg", file, "--robot", address}).code, 2) << "the profile is not here";
+    EXPECT_FALSE(fs::exists(file));
     EXPECT_TRUE(here_->running());
   }
   EXPECT_EQ(run({"/usr/bin/env", "XDG_RUNTIME_DIR=" + directory_.string(), "CORBOT_ROBOT=" + where_,
@@ -298,6 +301,30 @@ TEST_F(Answers, RecordTakesNoLocalRobotForOneElsewhere) {
   }
   EXPECT_EQ(corbot({"record", file, "--for", "0.1", "--robot", "127.0.0.1:" + port + "/" + name_}).code, 0);
   EXPECT_TRUE(fs::exists(file));
+}
+
+TEST_F(Answers, StatusDrawsTheArmAsItStands) {
+  up();
+  const std::string file = (directory_ / "arm.svg").string();
+  const auto picture = [&](const std::vector<std::string>& words) {
+    const RunResult result = corbot(words);
+    EXPECT_EQ(result.code, 0) << result.errors;
+    std::ifstream stream(file);
+    return std::string{std::istreambuf_iterator<char>{stream}, {}};
+  };
+  const std::vector<std::string> draw{"status", "--svg", file};
+  const std::string at_home = picture(draw);
+  EXPECT_THAT(at_home, HasSubstr("<title>" + name_ + ": the arm"));
+  EXPECT_EQ(corbot({"joints", "40", "20", "30", "40"}).code, 0);
+  const std::string turned = picture(draw);
+  EXPECT_NE(turned, at_home);
+  EXPECT_EQ(corbot({"tool", "0.05", "0", "0"}).code, 0);
+  EXPECT_NE(picture(draw), turned) << "the tool in force";
+  EXPECT_EQ(corbot({"frames", "--reset"}).code, 0);
+  EXPECT_EQ(picture(draw), turned);
+  const std::string by_hand =
+      picture({"kinematics", CORBOT_TEST_PROFILE, "--joints", "40,20,30,40", "--svg", file});
+  EXPECT_EQ(std::regex_replace(turned, std::regex(name_), "lynx5"), by_hand);
 }
 
 TEST_F(Answers, WhereARobotWasLookedForIsSaid) {

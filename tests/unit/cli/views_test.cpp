@@ -175,6 +175,20 @@ TEST(Status, SoftLimitsAreShownWhereTheyAreSet) {
   EXPECT_THAT(status_text(report), Not(HasSubstr("limited to"))) << "not known, or of an earlier version";
 }
 
+TEST(Status, AFrameThatMovesPositionsIsShown) {
+  StatusReport report = sample();
+  EXPECT_THAT(status_text(report), Not(HasSubstr("  frame ")));
+  EXPECT_THAT(status_json(report), HasSubstr("\"frames\": null")) << "not known";
+  const Corbot::Pose none{{0, 0, 0}, {1, 0, 0, 0}};
+  report.frames = {none, none};
+  EXPECT_THAT(status_text(report), Not(HasSubstr("  frame ")));
+  report.frames->tool.position.x = 0.05;
+  EXPECT_THAT(status_text(report), HasSubstr("  frame     tool  0.05 0 0 m, orientation 1 0 0 0\n"));
+  report.frames->base.orientation = {0, 0, 0, 1};
+  EXPECT_THAT(status_text(report), HasSubstr("  frame     base  0 0 0 m, orientation 0 0 0 1\n"));
+  EXPECT_THAT(status_json(report), HasSubstr("\"x_m\": 0.05"));
+}
+
 TEST(Status, AMotionUnderWayIsShownWithItsProgress) {
   StatusReport report = sample();
   EXPECT_THAT(status_text(report), Not(HasSubstr("  motion ")));
