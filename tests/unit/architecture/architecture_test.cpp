@@ -218,6 +218,16 @@ TEST_F(PlantedBreach, ByWhatTwoFilesDefineIsFound) {
                 "corbot::test::lynx5() is defined in tests/unit/");
   expect_good("tests/unit/planner/arm.h", in("corbot::cell ", arm));
   expect_good("tests/unit/planner/arm_test.cpp", in("corbot::test ", in("", arm)));
+  plant("tests/unit/rt/wait.h", in("corbot::test ",
+                                   "template <class F>\nbool wait(F&& f,\n          int ms = 5) {\n}\ninline "
+                                   "constexpr int kMs = 5;\n"));
+  expect_breach("tests/unit/planner/wait.h",
+                in("corbot::test ", "template <class F>\nbool wait(F&&, int) {\n}\n"),
+                "corbot::test::wait(F&&, int) is defined in tests/unit/");
+  expect_good("tests/unit/planner/wait.h",
+              in("corbot::test ", "template <class F>\nbool wait(F&&, long) {\n}\n"));
+  expect_breach("tests/unit/planner/wait.h", in("corbot::test ", "inline constexpr long kMs{7};\n"),
+                "corbot::test::kMs is defined in tests/unit/");
   plant("rt/inputs/stop_input.h", in("corbot::rt ", "class StopInput : public Input {\n};\n"));
   expect_breach("rt/cycle/stop_input.h", in("corbot::rt ", "struct StopInput final {\n};\n"),
                 "corbot::rt::StopInput is defined in rt/");
