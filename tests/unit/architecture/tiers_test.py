@@ -51,6 +51,8 @@ class Tiers(unittest.TestCase):
             self.assertIn("t.cpp starts threads: the core test t needs THREADS",
                           configured(f"corbot_test(t TIER core{night} SOURCES t.cpp)", thread))
         self.assertEqual(configured("corbot_test(t TIER core THREADS SOURCES t.cpp)", thread), "")
+        self.assertIn("t: the thread sanitizer would run it neither",
+                      configured("corbot_test(t TIER core THREADS SANITIZED_AT_NIGHT SOURCES t.cpp)", thread))
 
     def test_the_gate_runs_no_long_test_for_its_threads(self):
         label = ("function(corbot_discover name prefix cases label)\n  message(FATAL_ERROR ${label}!)\n"
