@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """The scripts answer --help and refuse what they cannot do. The gate finds what tests left behind."""
+import json
 import os
 import pathlib
+import shutil
 import subprocess
 import tempfile
 import time
@@ -61,6 +63,29 @@ class Scripts(unittest.TestCase):
                         self.assertEqual(answer.returncode, status, answer.stderr)
                         self.assertEqual(left in answer.stderr, bool(status))
                 path.rmdir()
+
+
+class OneDefinition(unittest.TestCase):
+    """The options of the part odr find a type of two definitions, also in an archive."""
+
+    @unittest.skipUnless(shutil.which("g++"), "skipped: g++ not found")
+    def test_a_type_of_two_definitions_is_found(self):
+        presets = json.loads((TOP / "CMakePresets.json").read_text())["configurePresets"]
+        odr = next(one for one in presets if one["name"] == "odr")
+        compiler = ["g++", *odr["cacheVariables"]["CMAKE_CXX_FLAGS"].split()]
+        for kind, status in (("int", 0), ("double", 1)):
+            with self.subTest(kind), tempfile.TemporaryDirectory() as directory:
+                for name, member in (("stops", "int"), ("main", kind)):
+                    text = f"struct StopInput {{ {member} a; virtual {member} get(); }};\n"
+                    text += ("int StopInput::get() { return a; }\nStopInput stop;\n" if name == "stops" else
+                             "extern StopInput stop;\nint main() { return static_cast<int>(stop.get()); }\n")
+                    pathlib.Path(directory, name + ".cpp").write_text(text)
+                    subprocess.run([*compiler, "-c", name + ".cpp"], cwd=directory, check=True, timeout=60)
+                subprocess.run(["ar", "qc", "libstops.a", "stops.o"], cwd=directory, check=True, timeout=60)
+                answer = subprocess.run([*compiler, "main.o", "libstops.a"], cwd=directory,
+                                        capture_output=True, text=True, timeout=60)
+                self.assertEqual(bool(answer.returncode), bool(status), answer.stderr)
+                self.assertEqual("Werror=odr" in answer.stderr, bool(status), answer.stderr)
 
 
 if __name__ == "__main__":
