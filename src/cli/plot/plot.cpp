@@ -69,6 +69,13 @@ Chart pulses(const Recording& recording) {
   return chart;
 }
 
+/// Returns text such as ", 2 gaps, the longest 17 ms", or "" without a gap.
+std::string gaps_text(const Recording& recording) {
+  if (recording.gaps == 0) return "";
+  return fmt::format(", {} {} {:.4g} ms", recording.gaps,
+                     recording.gaps == 1 ? "gap of" : "gaps, the longest", 1e3 * recording.longest_gap_s);
+}
+
 bool is_same_file(const std::string& one, const std::string& other) {
   std::error_code error;
   return fs::equivalent(one, other, error);
@@ -80,8 +87,8 @@ ChartSheet sheet_of(const Recording& recording, const std::string& name) {
   const std::string profile =
       recording.profile.empty() ? "" : fmt::format("profile '{}', ", recording.profile);
   ChartSheet sheet{client::printable(name),
-                   fmt::format("{}{:.6g} s, {} cycles, {} missing", profile, recording.duration_s(),
-                               recording.cycles, recording.missing),
+                   fmt::format("{}{:.6g} s, {} cycles, {} missing{}", profile, recording.duration_s(),
+                               recording.cycles, recording.missing, gaps_text(recording)),
                    {}};
   for (std::size_t i = 0; i < recording.joints.size(); ++i) sheet.charts.push_back(set_points(recording, i));
   add_rates(sheet.charts, recording, "speed of the set-points", Quantity::kSpeed, &RecordedLimits::speed,

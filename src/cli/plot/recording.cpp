@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <string_view>
 
 #include "client/explain.h"
@@ -171,14 +172,24 @@ class Reader {
     if (cycle > cycle_before_ + 1 && recording_.cycles > 0)
       recording_.missing += static_cast<std::uint64_t>(cycle - cycle_before_) - 1;
     const bool follows = recording_.cycles > 0 && cycle == cycle_before_ + 1;
-    values(follows ? 1e-9 * (time_ns - time_ns_) : kNoValue);
+    values(follows && !is_gap(time_ns - time_ns_) ? 1e-9 * (time_ns - time_ns_) : kNoValue);
     recording_.rows.add(1e-9 * (time_ns - begin_ns_), values_);
     ++recording_.cycles;
     cycle_before_ = cycle;
     time_ns_ = time_ns;
   }
 
-  /// `period_s`: time since the previous cycle; not a number if that cycle is missing.
+  /// Counts a gap. The shortest step so far is the period.
+  bool is_gap(double step_ns) {
+    constexpr double kLongest = 5.5;  // periods; the cycle begins a motion again after more than five
+    period_ns_ = std::min(period_ns_, step_ns);
+    if (step_ns <= kLongest * period_ns_) return false;
+    ++recording_.gaps;
+    recording_.longest_gap_s = std::max(recording_.longest_gap_s, 1e-9 * step_ns);
+    return true;
+  }
+
+  /// `period_s`: time since the previous cycle; not a number if that cycle is missing, or after a gap.
   void values(double period_s) {
     values_.assign(recording_.gripper_pulse() + 1, kNoValue);
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -205,7 +216,7 @@ class Reader {
   std::vector<RecordedJoint> noted_;
   std::size_t cycle_{}, time_{}, gripper_{};
   std::vector<Columns> columns_;
-  double begin_ns_{}, time_ns_{}, cycle_before_{};
+  double begin_ns_{}, time_ns_{}, cycle_before_{}, period_ns_{std::numeric_limits<double>::infinity()};
   std::array<JointRates, kMaxJoints> rates_{};
   std::vector<double> values_;
   Recording recording_;

@@ -145,6 +145,24 @@ TEST_F(Plot, ACycleThatIsMissingIsCountedAndGivesNoQuotient) {
   EXPECT_NEAR(recording.rows.range(Recording::series_of(0, Quantity::kAcceleration)).high, 500.0, 1e-4);
 }
 
+/// The loop missed periods: the next cycle comes later, and begins the motion again from rest.
+TEST_F(Plot, AGapIsNamedAndGivesNoQuotient) {
+  std::string text = made_record(4);
+  EXPECT_EQ(read_recording(put(text)).gaps, 0U);
+  const std::size_t last = text.find("\n10,5060000000") + 1;
+  std::string row = replaced(text.substr(last), "10,5060000000", "11,5240000000");
+  text += row + replaced(row, "11,5240000000", "12,5260000000");
+  const Recording recording = read_recording(put(text));
+  EXPECT_EQ(recording.gaps, 1U);
+  EXPECT_NEAR(recording.longest_gap_s, 0.18, 1e-12);
+  EXPECT_EQ(recording.missing, 0U);
+  const std::size_t acceleration = Recording::series_of(0, Quantity::kAcceleration);
+  EXPECT_TRUE(recording.rows.rows()[4].ranges[acceleration].empty());
+  EXPECT_FALSE(recording.rows.rows()[5].ranges[acceleration].empty()) << "it begins anew";
+  EXPECT_THAT(chart_svg(sheet_of(recording, "run.csv"), recording.rows),
+              HasSubstr("6 cycles, 0 missing, 1 gap of 180 ms</text>"));
+}
+
 TEST_F(Plot, WhatIsNoRecordIsRefusedWithItsLine) {
   const std::string good = made_record(3);  // five lines before the rows
   EXPECT_EQ(fault_of(""),
