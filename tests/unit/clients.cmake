@@ -4,6 +4,7 @@
 corbot_sources(sources support)
 if(TARGET corbot_client)
   corbot_sources(clients client)
+  list(FILTER clients EXCLUDE REGEX stop_on_signal)
   list(APPEND sources ${clients} cell/client_test.cpp cell/gantt_test.cpp cell/progress_test.cpp
        cell/run_table_test.cpp cell/status_test.cpp cell/verdict_test.cpp)
 endif()
