@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <string>
-#include <thread>
+
+#include "support/wait_until.h"
 
 namespace corbot::test {
 
@@ -22,17 +22,6 @@ namespace corbot::test {
 inline std::string rig(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";
-}
-
-/// Waits for a condition; a deadline only ends a hang.
-template <class Condition>
-bool wait_until(Condition&& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
 }
 
 inline std::string line_of(const std::string& file) {
