@@ -69,11 +69,10 @@ Chart pulses(const Recording& recording) {
   return chart;
 }
 
-/// Returns text such as ", 2 gaps, the longest 17 ms", or "" without a gap.
-std::string gaps_text(const Recording& recording) {
-  if (recording.gaps == 0) return "";
-  return fmt::format(", {} {} {:.4g} ms", recording.gaps,
-                     recording.gaps == 1 ? "gap of" : "gaps, the longest", 1e3 * recording.longest_gap_s);
+/// Returns text such as ", 2 late by up to 17 ms", or "" without a late cycle.
+std::string late_text(const Recording& recording) {
+  if (recording.late == 0) return "";
+  return fmt::format(", {} late by up to {:.4g} ms", recording.late, 1e3 * recording.latest_s);
 }
 
 bool is_same_file(const std::string& one, const std::string& other) {
@@ -88,7 +87,7 @@ ChartSheet sheet_of(const Recording& recording, const std::string& name) {
       recording.profile.empty() ? "" : fmt::format("profile '{}', ", recording.profile);
   ChartSheet sheet{client::printable(name),
                    fmt::format("{}{:.6g} s, {} cycles, {} missing{}", profile, recording.duration_s(),
-                               recording.cycles, recording.missing, gaps_text(recording)),
+                               recording.cycles, recording.missing, late_text(recording)),
                    {}};
   for (std::size_t i = 0; i < recording.joints.size(); ++i) sheet.charts.push_back(set_points(recording, i));
   add_rates(sheet.charts, recording, "speed of the set-points", Quantity::kSpeed, &RecordedLimits::speed,

@@ -98,7 +98,7 @@ class Reader {
   void note() {
     if (line_.starts_with("# profile '")) {
       recording_.profile = client::printable(between(line_, "# profile '", "';").value_or(""));
-    } else if (line_.starts_with("# joint ")) {
+    } else if (line_.starts_with(fmt::format("# joint {} '", noted_.size()))) {
       const auto name = between(line_, "'", "': ");
       const auto limits =
           name ? limits_of(std::string_view(line_).substr(line_.rfind("': ") + 3)) : std::nullopt;
@@ -172,24 +172,26 @@ class Reader {
     if (cycle > cycle_before_ + 1 && recording_.cycles > 0)
       recording_.missing += static_cast<std::uint64_t>(cycle - cycle_before_) - 1;
     const bool follows = recording_.cycles > 0 && cycle == cycle_before_ + 1;
-    values(follows && !is_gap(time_ns - time_ns_) ? 1e-9 * (time_ns - time_ns_) : kNoValue);
+    values(follows && !is_gap(time_ns - time_ns_) ? 1e-9 * period_ns_ : kNoValue);
     recording_.rows.add(1e-9 * (time_ns - begin_ns_), values_);
     ++recording_.cycles;
     cycle_before_ = cycle;
     time_ns_ = time_ns;
   }
 
-  /// Counts a gap. The shortest step so far is the period.
+  /// Counts a late cycle. The shortest step so far is the period. A late cycle moves the set-points by one
+  /// period, and after more than five missed periods it begins the motion again from rest.
   bool is_gap(double step_ns) {
-    constexpr double kLongest = 5.5;  // periods; the cycle begins a motion again after more than five
+    constexpr double kLate = 1.5, kLongest = 5.5;  // periods
     period_ns_ = std::min(period_ns_, step_ns);
-    if (step_ns <= kLongest * period_ns_) return false;
-    ++recording_.gaps;
-    recording_.longest_gap_s = std::max(recording_.longest_gap_s, 1e-9 * step_ns);
-    return true;
+    if (step_ns <= kLate * period_ns_) return false;
+    ++recording_.late;
+    recording_.latest_s = std::max(recording_.latest_s, 1e-9 * (step_ns - period_ns_));
+    return step_ns > kLongest * period_ns_;
   }
 
-  /// `period_s`: time since the previous cycle; not a number if that cycle is missing, or after a gap.
+  /// `period_s`: time by which the set-points moved on; not a number if the previous cycle is missing, or
+  /// after a gap.
   void values(double period_s) {
     values_.assign(recording_.gripper_pulse() + 1, kNoValue);
     for (std::size_t i = 0; i < columns_.size(); ++i) {

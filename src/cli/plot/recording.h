@@ -25,7 +25,7 @@ struct RecordedJoint {
 };
 
 /// The quantities of each joint in a recording. Accelerations and jerks are difference quotients of the
-/// speeds of consecutive cycles. After a gap the motion begins again from rest, so they begin anew there.
+/// speeds of consecutive cycles over one period. After more than five missed periods they begin anew.
 enum class Quantity { kSetPoint, kMeasured, kSpeed, kAcceleration, kJerk, kPulse };
 inline constexpr std::size_t kQuantities = 6;
 
@@ -45,8 +45,8 @@ struct Recording {
   std::vector<RecordedJoint> joints;
   std::uint64_t cycles{};
   std::uint64_t missing{};  ///< cycles missing between two cycles of one task
-  std::uint64_t gaps{};     ///< in which the servos came to rest, as the loop missed periods
-  double longest_gap_s{};
+  std::uint64_t late{};     ///< cycles before which the loop missed periods
+  double latest_s{};        ///< by how much the latest of them was late
   ReducedRows rows{0};
 
   [[nodiscard]] static std::size_t series_of(std::size_t joint, Quantity quantity) noexcept {

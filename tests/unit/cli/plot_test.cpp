@@ -145,22 +145,25 @@ TEST_F(Plot, ACycleThatIsMissingIsCountedAndGivesNoQuotient) {
   EXPECT_NEAR(recording.rows.range(Recording::series_of(0, Quantity::kAcceleration)).high, 500.0, 1e-4);
 }
 
-/// The loop missed periods: the next cycle comes later, and begins the motion again from rest.
-TEST_F(Plot, AGapIsNamedAndGivesNoQuotient) {
-  std::string text = made_record(4);
-  EXPECT_EQ(read_recording(put(text)).gaps, 0U);
-  const std::size_t last = text.find("\n10,5060000000") + 1;
-  std::string row = replaced(text.substr(last), "10,5060000000", "11,5240000000");
-  text += row + replaced(row, "11,5240000000", "12,5260000000");
-  const Recording recording = read_recording(put(text));
-  EXPECT_EQ(recording.gaps, 1U);
-  EXPECT_NEAR(recording.longest_gap_s, 0.18, 1e-12);
-  EXPECT_EQ(recording.missing, 0U);
-  const std::size_t acceleration = Recording::series_of(0, Quantity::kAcceleration);
-  EXPECT_TRUE(recording.rows.rows()[4].ranges[acceleration].empty());
-  EXPECT_FALSE(recording.rows.rows()[5].ranges[acceleration].empty()) << "it begins anew";
-  EXPECT_THAT(chart_svg(sheet_of(recording, "run.csv"), recording.rows),
-              HasSubstr("6 cycles, 0 missing, 1 gap of 180 ms</text>"));
+/// The loop missed periods. A late cycle moves the set-points by one period, or begins again from rest.
+TEST_F(Plot, ALateCycleIsNamedAndInventsNoRates) {
+  for (const bool is_gap : {false, true}) {
+    const std::string time = is_gap ? "5260000000" : "5160000000";
+    const std::string whole = made_record(6);
+    const std::string late = replaced(replaced(whole, "11,5080000000", "11," + time), "12,5100000000",
+                                      is_gap ? "12,5280000000" : "12,5180000000");
+    const Recording recording = read_recording(put(late));
+    EXPECT_EQ(recording.late, 1U);
+    EXPECT_EQ(recording.missing, 0U);
+    const std::size_t acceleration = Recording::series_of(0, Quantity::kAcceleration);
+    EXPECT_EQ(recording.rows.rows()[4].ranges[acceleration].empty(), is_gap);
+    EXPECT_NEAR(recording.rows.range(acceleration).low, 500.0, 1e-4);
+    EXPECT_NEAR(recording.rows.range(acceleration).high, 500.0, 1e-4);
+    EXPECT_FALSE(recording.rows.rows()[5].ranges[acceleration].empty());
+    EXPECT_THAT(
+        chart_svg(sheet_of(recording, "run.csv"), recording.rows),
+        HasSubstr(fmt::format("6 cycles, 0 missing, 1 late by up to {} ms</text>", is_gap ? 180 : 80)));
+  }
 }
 
 TEST_F(Plot, WhatIsNoRecordIsRefusedWithItsLine) {
@@ -169,6 +172,8 @@ TEST_F(Plot, WhatIsNoRecordIsRefusedWithItsLine) {
             "run.csv: the file has no line with the names of columns, so it is no file of 'corbot record'");
   EXPECT_EQ(fault_of("x,y\n1,2\n"),
             "run.csv:1: column 'cycle' is missing, so this is no file of 'corbot record'");
+  EXPECT_EQ(fault_of("# joint by joint\nx,y\n1,2\n"),
+            "run.csv:2: column 'cycle' is missing, so this is no file of 'corbot record'");
   EXPECT_EQ(fault_of(made_record(1)),
             "run.csv: the file has 1 cycles, a drawing needs at least 2: record for longer");
   EXPECT_EQ(fault_of(replaced(good, ",theta1_deg,", ",other,")),
