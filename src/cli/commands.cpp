@@ -5,7 +5,6 @@
 #include <pwd.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <climits>
 #include <cmath>
@@ -17,7 +16,6 @@
 #include <variant>
 #include <vector>
 
-#include "cli/arm/arm_picture.h"
 #include "cli/arm/dry_run.h"
 #include "cli/arm/plan_text.h"
 #include "cli/force_release.h"
@@ -27,13 +25,13 @@
 #include "cli/run_program.h"
 #include "cli/show.h"
 #include "cli/speed_view.h"
+#include "cli/status_picture.h"
 #include "cli/stop_all.h"
 #include "client/client.h"
 #include "client/local_robots.h"
 #include "client/local_stop.h"
 #include "client/notice.h"
 #include "client/stop_on_signal.h"
-#include "client/write_file.h"
 #include "config/load_profile.h"
 #include "config/profile.h"
 #include "corbot/arm/joint_units.h"
@@ -228,24 +226,6 @@ std::string local_robot(const std::string& robot, const char* reason) {
                   reason, client::printable(address.where)));
 }
 
-Pose pose_of(const Corbot::Pose& pose) {
-  const auto& [p, q] = pose;
-  return {{p.x, p.y, p.z}, {q.w, q.x, q.y, q.z}};
-}
-
-/// Draws the arm of a robot on this machine as it stands, with its reach in the frames in force.
-void draw_arm(const std::string& robot, const StatusReport& now, const std::string& file) {
-  const auto state = read_state(robot);
-  if (!state) throw Failure(ExitCode::kUnreachable, fmt::format("'{}' has just ended", robot));
-  Profile profile = profile_of(state->profile_in_use);
-  Joints q{};
-  for (std::size_t i = 0; i < std::min<std::size_t>(profile.arm.dof, now.joints.size()); ++i)
-    q[i] = from_shown(profile.arm.kinematics.joint_kind(i), now.joints[i]);
-  if (now.frames) profile.arm.kinematics.set_frames(pose_of(now.frames->base), pose_of(now.frames->tool));
-  profile.name = robot;
-  client::write_file(file, arm_picture(profile, q));
-}
-
 }  // namespace
 
 void run_request(const ClientOptions& options, const Request& request) {
@@ -361,7 +341,8 @@ void show(const ClientOptions& options, View view, bool as_json, const std::stri
   switch (view) {
     case View::kStatus: {
       const StatusReport report = read_status(client);
-      if (!svg.empty()) draw_arm(local_robot(options.robot, "--svg needs the robot's profile"), report, svg);
+      if (!svg.empty())
+        draw_status(client, local_robot(options.robot, "--svg needs the robot's profile"), report, svg);
       text = as_json ? status_json(report) : status_text(report);
       break;
     }

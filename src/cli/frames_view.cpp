@@ -70,8 +70,9 @@ std::string beyond_text(const Corbot::PoseSolution& one, const std::vector<Joint
   return fmt::format("  beyond the limits{}{}", names.empty() ? "" : ": ", fmt::join(names, ", "));
 }
 
+/// `is_asked`: the caller has given an orientation; else it is the tool's present one.
 std::string solutions_text(const Corbot::PoseSolutions& solutions, long in_use,
-                           const std::vector<Joint>& joints) {
+                           const std::vector<Joint>& joints, bool is_asked) {
   std::string text = "   ";
   for (const Joint& joint : joints) text += fmt::format(" {:>11}", joint.unit);
   text += '\n';
@@ -82,7 +83,8 @@ std::string solutions_text(const Corbot::PoseSolutions& solutions, long in_use,
       text += fmt::format(" {:11.6f}", rounded(one.joints[i], 1e6));
     text += beyond_text(one, joints);
     if (one.orientationError > 1e-4)
-      text += fmt::format("  orientation {:.4g} degrees off", one.orientationError);
+      text += fmt::format("  orientation {:.4g} degrees {}", one.orientationError,
+                          is_asked ? "off" : "from the present one");
     text += '\n';
   }
   return text + (in_use >= 0 ? "* the solution in use\n" : "");
@@ -144,7 +146,8 @@ std::string read_solutions(Client& client, const std::vector<double>& pose, bool
   const Corbot::PoseSolutions_var all = client.call([&](auto& arm) { return arm.Solutions(target); });
   const long in_use = client.call([](auto& arm) { return arm.Solution(); });
   const std::vector<Joint> joints = joints_of(client);
-  return as_json ? solutions_json(all.in(), in_use, joints) : solutions_text(all.in(), in_use, joints);
+  return as_json ? solutions_json(all.in(), in_use, joints)
+                 : solutions_text(all.in(), in_use, joints, pose.size() > 3);
 }
 
 }  // namespace corbot::cli

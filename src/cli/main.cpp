@@ -66,12 +66,13 @@ struct Settings {
   bool urdf{false};
 };
 
-/// Validates the file name of a picture. Standard output is not allowed, as the plan itself goes there.
+/// Validates the file name of a picture. Standard output is not allowed, as the command's text goes there.
 CLI::Validator picture_file() {
   return CLI::Validator(
       [](std::string& name) {
-        return name == "-" ? fmt::format("'{}' is not the name of a file: write one that ends in .svg", name)
-                           : std::string();
+        return !name.ends_with(".svg") && !name.starts_with("/dev/")
+                   ? fmt::format("'{}' is not the name of a file: write one that ends in .svg", name)
+                   : std::string();
       },
       "");
 }
@@ -317,7 +318,7 @@ void add_arm(CLI::App& app, Settings& s) {
       ->type_name("LIST")
       ->excludes(pose);
   auto* svg = command->add_option("--svg", s.kinematics.svg, "Draw the arm and its reach into this file");
-  svg->type_name("FILE");
+  svg->type_name("FILE")->check(picture_file());
   command->add_flag("--thumbnail", s.kinematics.thumbnail, "Draw the picture small, for a table")->needs(svg);
   command->add_flag("--json", s.kinematics.json, "Print JSON, for programs");
   command->callback([&s] { kinematics(s.kinematics); });
@@ -489,6 +490,16 @@ void let_options_be_no_values(CLI::App& app) {
   for (CLI::App* command : app.get_subcommands({})) let_options_be_no_values(*command);
 }
 
+/// Divides `--robot=` into the option and an empty word: CLI11 would take the next word for its value.
+std::vector<std::string> with_empty_values(std::vector<std::string> words) {
+  for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
+    if (!words[i].starts_with("--") || words[i].find('=') != words[i].size() - 1) continue;
+    words[i].pop_back();
+    words.insert(words.begin() + static_cast<std::ptrdiff_t>(i) + 1, "");
+  }
+  return words;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("corbot: a robot arm behind a CORBA interface, with a real-time body", "corbot");
   app.formatter(std::make_shared<HelpFormatter>());
@@ -519,6 +530,7 @@ int run(int argc, char** argv) {
   app.add_subcommand("help", "List the commands, or describe one, as in 'corbot help move'");
   std::vector<std::string> arguments = protect_negative_numbers(argc, argv);
   check_no_word_is_empty(app, arguments);
+  arguments = with_empty_values(std::move(arguments));
   const auto help = arguments.begin() + (!arguments.empty() && arguments[0] == "cell" ? 1 : 0);
   if (help != arguments.end() && *help == "help") {  // the suggestion would be 'hold'
     arguments.erase(help);
@@ -551,6 +563,7 @@ void check_printed() {
 
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the file size then is an error of write, as a full disk is
   try {
     const int status = run(argc, argv);
     if (status == 0) check_printed();

@@ -107,14 +107,14 @@ std::string pitch_text(const StatusReport& r) {
   return fmt::format("{:g} deg for the next move", rounded(r.tool_pitch_deg, 1e6));
 }
 
-/// Returns a row for each frame in force that is not the identity: it changes the positions that move takes.
+/// Returns a row for each frame in force that changes the positions which move takes.
 std::string frames_text(const StatusReport::Frames& frames) {
   const auto row = [](const char* name, const Corbot::Pose& frame) {
-    const auto& [p, q] = frame;
-    const bool is_identity = p.x == 0 && p.y == 0 && p.z == 0 && std::abs(q.w) == 1;
-    return is_identity ? "" : fmt::format("  frame     {}  {}\n", name, frame_text(frame));
+    return fmt::format("  frame     {}  {}\n", name, frame_text(frame));
   };
-  return row("tool", frames.tool) + row("base", frames.base);
+  const auto& [tool, base] = frames;
+  return (client::has_offset(tool) ? row("tool", tool) : "") +
+         (client::has_offset(base) || client::is_turned(base) ? row("base", base) : "");
 }
 
 json frame_data(const Corbot::Pose& frame) {
@@ -249,14 +249,17 @@ std::string status_text(const StatusReport& r) {
       fmt::format("  gripper   {}\n  speed     {}\n  override  {:g} %\n  pitch     {}\n",
                   gripper_text(r.gripper, r.gripper_info), speeds_text(r), r.override_percent, pitch_text(r));
   // without a shoulder there is no reach
-  if (r.reach_m > 0.0) text += fmt::format("  reach     {:.3f} m\n", r.reach_m);
+  const std::string frames = r.frames ? frames_text(*r.frames) : "";
+  if (r.reach_m > 0.0)
+    text += fmt::format("  reach     {:.3f} m from the shoulder{}\n", r.reach_m,
+                        frames.empty() ? "" : ", with the profile's tool");
   if (r.tool_orientation) {
     const Corbot::Quaternion& q = *r.tool_orientation;
     text += fmt::format(
         "  set tool  w {:.6g}  x {:.6g}  y {:.6g}  z {:.6g}: the orientation of move, moves, movec\n", q.w,
         q.x, q.y, q.z);
   }
-  if (r.frames) text += frames_text(*r.frames);
+  text += frames;
   if (r.servant.started > 0.0) {
     text += fmt::format("  servant   corbot {}, profile {}, up since {}\n", printable(r.servant.version.in()),
                         printable(r.servant.profile.in()), local_time(r.servant.started));

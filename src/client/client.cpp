@@ -428,15 +428,33 @@ std::optional<Corbot::JointInfo> Client::info_of(CORBA::Long joint) const {
   }
 }
 
-std::string Client::pitch_clause(Verb verb, const Corbot::LimitExceeded& e) const {
-  const bool uses_pitch = verb == Verb::kMove || verb == Verb::kMoveS || verb == Verb::kMoveC;
-  const bool is_heading = e.articulation == 0;  // the same at every pitch
-  if (!uses_pitch || is_heading || std::string_view(e.quantity.in()) != kJointRangeWord) return {};
+std::string Client::pitch_clause(Verb verb) const {
+  if (verb != Verb::kMove && verb != Verb::kMoveS && verb != Verb::kMoveC) return {};
   try {
     const double pitch_deg = arm_->ToolPitch();
     if (pitch_deg == 0.0 && !has_default_pitch(arm_->RobotType(), static_cast<std::size_t>(arm_->DoF())))
       return {};  // none is set, or the arm has none, or 0 is set
     return fmt::format("; the tool pitch is {} degrees ('corbot pitch' sets another)", plain(pitch_deg));
+  } catch (const CORBA::Exception&) {
+    return {};  // as for info_of()
+  }
+}
+
+std::string Client::pitch_clause(Verb verb, const Corbot::LimitExceeded& e) const {
+  const bool is_heading = e.articulation == 0;  // the same at every pitch
+  return is_heading || std::string_view(e.quantity.in()) != kJointRangeWord ? "" : pitch_clause(verb);
+}
+
+std::string Client::frames_clause() const {
+  const auto clause = [](const char* name, const Corbot::Pose& frame) {
+    const Corbot::Point& p = frame.position;
+    return fmt::format("; the {} frame has its origin at ({}, {}, {}) m ('corbot frames')", name, plain(p.x),
+                       plain(p.y), plain(p.z));
+  };
+  try {
+    const Corbot::Pose tool = arm_->ToolFrame(), base = arm_->BaseFrame();
+    return (has_offset(tool) ? clause("tool", tool) : "") +
+           (has_offset(base) || is_turned(base) ? clause("base", base) : "");
   } catch (const CORBA::Exception&) {
     return {};  // as for info_of()
   }

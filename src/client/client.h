@@ -91,21 +91,26 @@ class Client {
   [[nodiscard]] Corbot::Ticket start(const Request& request);
   [[nodiscard]] Corbot::Ticket begin(const Request& request);
   void set(const Request& request);
-  /// Calls `f`. Turns an exceeded limit into a Failure with the unit of its joint. The message names the tool
-  /// pitch if it decides where `verb` leads the joints.
+  /// Calls `f`. Turns an exceeded limit into a Failure with the unit of its joint. That message, and the one of
+  /// an unreachable point, names the settings that decide where `verb` leads the joints.
   template <class F>
   auto with_units(Verb verb, F&& f) -> decltype(f()) {
     try {
       return f();
     } catch (const Corbot::LimitExceeded& e) {
       throw explain(e, info_of(e.articulation), pitch_clause(verb, e));
+    } catch (const Corbot::Unreachable& e) {
+      throw explain(e, pitch_clause(verb) + frames_clause());
     }
   }
   /// Replaces the joint's name by its number. Throws Failure, kUsage, if the arm has no joint of that name.
   [[nodiscard]] Request with_joint_number(const Request& request);
   /// Returns nothing if the robot does not report it.
   [[nodiscard]] std::optional<Corbot::JointInfo> info_of(CORBA::Long joint) const;
+  [[nodiscard]] std::string pitch_clause(Verb verb) const;
   [[nodiscard]] std::string pitch_clause(Verb verb, const Corbot::LimitExceeded& e) const;
+  /// Names the tool and base frame in force if they change positions.
+  [[nodiscard]] std::string frames_clause() const;
   /// Waits until the motion has ended. After a refused slot for a waiting call or a lost connection it
   /// retries; if the end stays unknown, it reports that. Returns the planned duration, seconds.
   double wait(Corbot::Ticket ticket, const ProgressReport& report);

@@ -38,6 +38,16 @@ std::string lowered_speed(const Corbot::LimitExceeded& e, const std::optional<Co
                      percent);
 }
 
+/// Returns a clause if the limits of a joint's range are narrower than its own; else "".
+std::string soft_limits(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint) {
+  constexpr double kSame = 1e-6;  // degrees or m
+  if (!joint || std::string_view(e.quantity.in()) != kJointRangeWord) return "";
+  const auto& [lower, upper] = joint->range;
+  if (e.lower <= lower + kSame && e.upper >= upper - kSame) return "";
+  return fmt::format("; these are soft limits, the joint's range is {} to {} ('corbot limit' sets them)",
+                     plain(lower), plain(upper));
+}
+
 /// Returns true if `text` contains `word` without a letter or digit next to it.
 bool names(std::string_view text, std::string_view word) {
   const auto is_of_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0; };
@@ -74,6 +84,18 @@ std::string plain(double value) {
 
 bool has_default_pitch(Corbot::RobotKind kind, std::size_t joints) {
   return kind == Corbot::Anthropomorphic && joints == 4;
+}
+
+bool has_offset(const Corbot::Pose& frame) {
+  constexpr double kNone_m = 1e-9;
+  const Corbot::Point& p = frame.position;
+  return std::abs(p.x) + std::abs(p.y) + std::abs(p.z) > kNone_m;
+}
+
+bool is_turned(const Corbot::Pose& frame) {
+  constexpr double kNone = 1e-9;
+  const Corbot::Quaternion& q = frame.orientation;
+  return std::abs(q.x) + std::abs(q.y) + std::abs(q.z) > kNone;
 }
 
 const char* metres_hint(double x_m, double y_m, double z_m) {
@@ -127,15 +149,15 @@ Failure explain(const Corbot::BadParameter& e) {
                       plain(e.value), without_full_stop(printable(e.reason.in())))};
 }
 
-Failure explain(const Corbot::Unreachable& e) {
+Failure explain(const Corbot::Unreachable& e, const std::string& settings) {
   const std::string reason = without_full_stop(printable(e.reason.in()));
   const bool is_far = reason.find(kTooFarWords) != std::string::npos;
   const char* hint = metres_hint(e.target.x, e.target.y, e.target.z);
   if (*hint == '\0' && is_far) hint = " ('corbot status' shows the reach)";
-  return {ExitCode::kRefused,
-          fmt::format("refused: ({}, {}, {}) m {}: {}; this command moved nothing{}", plain(e.target.x),
-                      plain(e.target.y), plain(e.target.z),
-                      is_far ? "is out of reach" : "cannot be reached by this motion", reason, hint)};
+  return {ExitCode::kRefused, fmt::format("refused: ({}, {}, {}) m {}: {}{}; this command moved nothing{}",
+                                          plain(e.target.x), plain(e.target.y), plain(e.target.z),
+                                          is_far ? "is out of reach" : "cannot be reached by this motion",
+                                          reason, *hint == ';' ? "" : settings, hint)};
 }
 
 Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::JointInfo>& joint,
@@ -147,8 +169,8 @@ Failure explain(const Corbot::LimitExceeded& e, const std::optional<Corbot::Join
   const std::string unit = unit_of(what, joint) + lowered_speed(e, joint);
   if (e.articulation >= 0) what += fmt::format(" of joint {}", e.articulation);
   return {ExitCode::kRefused,
-          fmt::format("refused: {}: {} is not within {} to {}{}{}; this command moved nothing", what,
-                      plain(e.value), plain(e.lower), plain(e.upper), unit, reason)};
+          fmt::format("refused: {}: {} is not within {} to {}{}{}{}; this command moved nothing", what,
+                      plain(e.value), plain(e.lower), plain(e.upper), unit, soft_limits(e, joint), reason)};
 }
 
 Failure explain(const Corbot::NotReady& e) {
@@ -158,7 +180,11 @@ Failure explain(const Corbot::NotReady& e) {
 }
 
 Failure explain_control(const Corbot::NotReady& e) {
-  return {ExitCode::kRefused, without_full_stop(printable(e.reason.in()))};
+  return {
+      ExitCode::kRefused,
+      without_full_stop(printable(e.reason.in())) +
+          "; $CORBOT_ROBOT or --robot must be what 'corbot acquire' printed, and 'corbot release --force' "
+          "needs no reference"};
 }
 
 Failure explain(const Corbot::Stopped& e) {

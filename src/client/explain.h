@@ -29,7 +29,8 @@ struct Address {
 [[nodiscard]] bool is_call_timeout(const CORBA::SystemException& e);
 
 [[nodiscard]] Failure explain(const Corbot::BadParameter& e);
-[[nodiscard]] Failure explain(const Corbot::Unreachable& e);
+/// `settings`: a clause that names settings, "; …".
+[[nodiscard]] Failure explain(const Corbot::Unreachable& e, const std::string& settings = {});
 /// `joint`: the joint in the exception; none: not known, and the message has no unit. `reason`: a clause
 /// after the values, "; …".
 [[nodiscard]] Failure explain(const Corbot::LimitExceeded& e,
@@ -41,6 +42,10 @@ struct Address {
 [[nodiscard]] Failure explain(const Corbot::Stopped& e);
 [[nodiscard]] Failure explain(const Corbot::QueueFull& e);
 [[nodiscard]] Failure explain(const CORBA::SystemException& e, const Address& address);
+
+/// Return true if the origin of the frame is elsewhere, and if its axes point elsewhere.
+[[nodiscard]] bool has_offset(const Corbot::Pose& frame);
+[[nodiscard]] bool is_turned(const Corbot::Pose& frame);
 
 /// Returns "; numbers are metres: 20 cm is 0.20" for a point that no arm here reaches, else "".
 [[nodiscard]] const char* metres_hint(double x_m, double y_m, double z_m);

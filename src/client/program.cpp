@@ -126,21 +126,26 @@ std::string describe_others(const Program& program, std::size_t failed) {
          part(failed + 1, program.statements.size(), "was not begun", "were not begun");
 }
 
+std::size_t faults_shown(const Program& program) {
+  const std::size_t most = program.statements.empty() ? kMostFaultsOfNoProgram : kMostFaultsShown;
+  return std::min(program.faults.size(), most);
+}
+
 std::string describe_faults(const Program& program, std::string_view file) {
   std::string text;
-  for (const auto& fault : std::span(program.faults).first(std::min(program.faults.size(), kMostFaultsShown)))
+  for (const auto& fault : std::span(program.faults).first(faults_shown(program)))
     text += fmt::format("{}:{}: {}\n", file, fault.line, fault.reason);
   return text;
 }
 
 void check_program(const Program& program) {
   if (const std::size_t count = program.faults.size(); count > 0)
-    throw Failure(
-        ExitCode::kUsage,
-        fmt::format(
-            "{}{} line{} to fix{}; nothing moved", describe_faults(program, program.name), count,
-            count == 1 ? "" : "s",
-            count > kMostFaultsShown ? fmt::format(", of which {} are shown", kMostFaultsShown) : ""));
+    throw Failure(ExitCode::kUsage,
+                  fmt::format("{}{} line{} to fix{}; nothing moved", describe_faults(program, program.name),
+                              count, count == 1 ? "" : "s",
+                              count > faults_shown(program)
+                                  ? fmt::format(", of which {} are shown", faults_shown(program))
+                                  : ""));
   if (program.statements.empty())
     throw Failure(ExitCode::kUsage,
                   fmt::format("{}: the program has no command; nothing moved", program.name));

@@ -32,6 +32,7 @@ struct Program {
 inline constexpr std::size_t kMaxProgramBytes = 1u << 20;
 inline constexpr std::size_t kMaxProgramLineBytes = 1000;
 inline constexpr std::size_t kMostFaultsShown = 20;
+inline constexpr std::size_t kMostFaultsOfNoProgram = 3;  ///< if no line is a command
 
 /// Parses a program: one command a line, '#' begins a comment. Empty lines count. CR LF line ends and a final
 /// line without one are accepted.

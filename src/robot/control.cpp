@@ -180,7 +180,7 @@ Control::State& Control::held_by(const std::string& key) {
   if (!has_key(key))
     throw not_ready(
         "control has ended, as the lease ran out or it was released, or this reference never had it: Acquire "
-        "gives it");
+        "gives it, and the robot's own address works without it");
   return *state_;
 }
 

@@ -322,9 +322,33 @@ TEST_F(Answers, StatusDrawsTheArmAsItStands) {
   EXPECT_NE(picture(draw), turned) << "the tool in force";
   EXPECT_EQ(corbot({"frames", "--reset"}).code, 0);
   EXPECT_EQ(picture(draw), turned);
+  EXPECT_EQ(corbot({"workspace", "ceiling", "0", "0", "-1", "-0.3"}).code, 0);
+  EXPECT_NE(picture(draw), turned) << "a plane in force";
+  EXPECT_EQ(corbot({"workspace", "--reset"}).code, 0);
+  EXPECT_EQ(corbot({"limit", "1", "-10", "40"}).code, 0);
+  EXPECT_NE(picture(draw), turned) << "a soft limit";
+  EXPECT_EQ(corbot({"limit", "--reset"}).code, 0);
+  EXPECT_EQ(corbot({"status", "--svg", "arm.png"}).code, 2);
   const std::string by_hand =
       picture({"kinematics", CORBOT_TEST_PROFILE, "--joints", "40,20,30,40", "--svg", file});
   EXPECT_EQ(std::regex_replace(turned, std::regex(name_), "lynx5"), by_hand);
+}
+
+TEST_F(Answers, ARefusalNamesTheSettingsBehindIt) {
+  up();
+  EXPECT_THAT(corbot({"kinematics", CORBOT_TEST_PROFILE, "--pose", "0.2,0,0.3"}).output,
+              HasSubstr("0.253553 m"))
+      << "at the same pitch";
+  EXPECT_THAT(corbot({"move", "0.2", "0", "0.3"}).errors,
+              HasSubstr("0.253553 m from the shoulder, allowed 0 to 0.24 m; the tool pitch is 0 degrees "
+                        "('corbot pitch' sets another); this command moved"));
+  EXPECT_EQ(corbot({"tool", "5", "0", "0"}).code, 0);
+  EXPECT_THAT(corbot({"move", "0.2", "0", "0.1"}).errors,
+              HasSubstr("; the tool frame has its origin at (5, 0, 0) m ('corbot frames')"));
+  EXPECT_EQ(corbot({"limit", "0", "-80", "80"}).code, 0);
+  EXPECT_THAT(corbot({"joints", "85", "0", "0", "0"}).errors,
+              HasSubstr("-80 to 80 degrees; these are soft limits, the joint's range is -90 to 90"));
+  EXPECT_THAT(corbot({"release"}).errors, HasSubstr("'corbot release --force' needs no reference"));
 }
 
 TEST_F(Answers, WhereARobotWasLookedForIsSaid) {

@@ -286,11 +286,11 @@ TEST_F(Arms, WithASlideAreCalibratedInMillimetres) {
 
 TEST_F(Arms, SolutionsNameTheJointsBeyondTheirRanges) {
   const RunResult position = corbot({"kinematics", profile_path("lynx5"), "--pose", "0.2,0.1,0.1"});
-  EXPECT_THAT(position.output, HasSubstr("-68.0820  out of range: elbow, wrist\n"));
+  EXPECT_THAT(position.output, HasSubstr("-27.7350  out of range: shoulder, elbow\n"));
   EXPECT_THAT(position.output, Not(HasSubstr("degrees off"))) << "the position alone was asked for";
   const auto data = nlohmann::json::parse(
       corbot({"kinematics", profile_path("lynx5"), "--pose", "0.2,0.1,0.1", "--json"}).output);
-  EXPECT_EQ(data.at("solutions").at(1).at("beyond_range"), (nlohmann::json{"elbow", "wrist"}));
+  EXPECT_EQ(data.at("solutions").at(1).at("beyond_range"), (nlohmann::json{"shoulder", "elbow"}));
   EXPECT_EQ(data.at("solutions").at(0).at("beyond_range").size(), 0u);
 }
 

@@ -53,7 +53,7 @@ Joints joints_of(const ArmModel& arm, const std::string& text) {
 }
 
 /// Returns the solutions at the requested pose. A pose without a quaternion has the orientation at the joints
-/// `at`.
+/// `at`. An arm with a tool pitch takes pitch 0, as `move` does.
 PoseSolutions solutions_of(const ArmModel& arm, const std::string& text, const Joints& at) {
   Pose pose = arm.kinematics.forward(at);
   if (text.empty()) return solutions_at(arm, pose, true, at);
@@ -61,6 +61,7 @@ PoseSolutions solutions_of(const ArmModel& arm, const std::string& text, const J
   if (n.size() != 3 && n.size() != 7)
     throw Failure(ExitCode::kUsage, "--pose: write X,Y,Z in metres, or X,Y,Z,QW,QX,QY,QZ");
   pose.position_m = {n[0], n[1], n[2]};
+  if (n.size() == 3 && arm.kinematics.follows() == Follows::kPitch) pose.orientation = {};
   if (n.size() == 3) return solutions_at(arm, pose, false, at);
   const Quaternion q{n[3], n[4], n[5], n[6]};
   if (!(squared_norm(q) > 0.98) || !(squared_norm(q) < 1.02))

@@ -120,7 +120,7 @@ TEST(Program, CountsLinesOverCommentsBlanksAndCarriageReturns) {
 TEST(Program, OfManyFaultsTheFirstAreShown) {
   std::string text;
   for (int line = 0; line < 30; ++line) text += "dance\n";
-  Program program = parse_program(text);
+  Program program = parse_program(text + "ready\n");
   program.name = "p";
   try {
     client::check_program(program);
@@ -195,6 +195,17 @@ TEST(Program, ReportsAllFaultsInOrder) {
   ASSERT_EQ(program.faults.size(), 2u);
   EXPECT_EQ(program.faults[0].line, 1u);
   EXPECT_EQ(program.faults[1].line, 3u);
+}
+
+TEST(Program, AFileWithoutAnyCommandIsNotListedWhole) {
+  std::string text;
+  for (int i = 0; i < 30; ++i) text += "dance\n";
+  const auto shown = [](const Program& program) {
+    const std::string faults = describe_faults(program, "f");
+    return std::count(faults.begin(), faults.end(), '\n');
+  };
+  EXPECT_EQ(shown(parse_program(text)), 3);
+  EXPECT_EQ(shown(parse_program(text + "ready\n")), 20);
 }
 
 TEST(Program, APercentageThatReadsAsARatioIsNoted) {

@@ -182,7 +182,11 @@ TEST(Status, AFrameThatMovesPositionsIsShown) {
   const Corbot::Pose none{{0, 0, 0}, {1, 0, 0, 0}};
   report.frames = {none, none};
   EXPECT_THAT(status_text(report), Not(HasSubstr("  frame ")));
-  report.frames->tool.position.x = 0.05;
+  report.frames->tool.orientation = {0, 1, 0, 0};
+  EXPECT_THAT(status_text(report), Not(HasSubstr("  frame "))) << "the profile turns the tool";
+  report.frames->tool = {{0.05, 0, 0}, {1, 0, 0, 0}};
+  report.reach_m = 0.34;
+  EXPECT_THAT(status_text(report), HasSubstr("0.340 m from the shoulder, with the profile's tool\n"));
   EXPECT_THAT(status_text(report), HasSubstr("  frame     tool  0.05 0 0 m, orientation 1 0 0 0\n"));
   report.frames->base.orientation = {0, 0, 0, 1};
   EXPECT_THAT(status_text(report), HasSubstr("  frame     base  0 0 0 m, orientation 0 0 0 1\n"));
@@ -211,7 +215,7 @@ TEST(Status, AnArmWithoutAShoulderHasNoReach) {
   StatusReport report = sample();
   EXPECT_THAT(status_text(report), Not(HasSubstr("reach")));
   report.reach_m = 0.34;
-  EXPECT_THAT(status_text(report), HasSubstr("  reach     0.340 m\n"));
+  EXPECT_THAT(status_text(report), HasSubstr("  reach     0.340 m from the shoulder\n"));
 }
 
 TEST(Alarms, AreListedAndSafeToPrint) {

@@ -101,6 +101,22 @@ TEST(Message, UnreachableNamesThePoint) {
   EXPECT_THAT(f.what(), AllOf(HasSubstr("(1, -2, 0.5) m"), HasSubstr("too far"), HasSubstr("corbot status")));
 }
 
+TEST(Message, UnreachableNamesTheSettingsUnlessTheUnitIsWrong) {
+  const std::string settings = "; the tool pitch is 0 degrees";
+  EXPECT_THAT(explain(Corbot::Unreachable({0.2, 0, 0.3}, "too far"), settings).what(),
+              HasSubstr("too far; the tool pitch is 0 degrees; this command moved nothing"));
+  EXPECT_THAT(explain(Corbot::Unreachable({20, 5, 8}, "too far"), settings).what(), Not(HasSubstr("pitch")));
+}
+
+TEST(Message, ASoftLimitIsTold) {
+  Corbot::JointInfo joint{};
+  joint.range = {-90, 90};
+  EXPECT_THAT(explain(Corbot::LimitExceeded("joint range", 0, 85, -80, 80), joint).what(),
+              HasSubstr("-80 to 80 degrees; these are soft limits, the joint's range is -90 to 90 ('corbot"));
+  EXPECT_THAT(explain(Corbot::LimitExceeded("joint range", 0, 95, -90, 90), joint).what(),
+              Not(HasSubstr("soft")));
+}
+
 TEST(Message, CentimetresAreRecognised) {
   EXPECT_THAT(failure_of(Corbot::Unreachable({20, 5, 8}, "the target is too far")).what(),
               HasSubstr("numbers are metres: 20 cm is 0.20"));

@@ -236,6 +236,7 @@ TEST_F(PanelServer, SaysWhyAProgramIsRefused) {
   }
   std::string text;
   for (int line = 0; line < 30; ++line) text += "dance\n";
+  text += "ready\n";
   EXPECT_THAT(program(port, json{{"robot", "one"}, {"name", "p"}, {"text", text}}.dump()).body(),
               HasSubstr("30 lines to fix, of which 20 are shown"));
   const Response large = program(port, std::string(65'537, ' '));
