@@ -91,8 +91,8 @@ class Client {
   [[nodiscard]] Corbot::Ticket start(const Request& request);
   [[nodiscard]] Corbot::Ticket begin(const Request& request);
   void set(const Request& request);
-  /// Calls `f`. Turns an exceeded limit into a Failure with the unit of its joint. That message, and the one of
-  /// an unreachable point, names the settings that decide where `verb` leads the joints.
+  /// Calls `f`. Turns an exceeded limit into a Failure with the unit of its joint. That message, and the one
+  /// of an unreachable point, names the settings that decide where `verb` leads the joints.
   template <class F>
   auto with_units(Verb verb, F&& f) -> decltype(f()) {
     try {
