@@ -4,7 +4,6 @@
 #include <pthread.h>
 #include <pwd.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <atomic>
@@ -15,6 +14,7 @@
 #include "config/load_profile.h"
 #include "config/segment_fingerprint.h"
 #include "corbot/standard_streams.h"
+#include "log/program_log.h"
 #include "rt/backends/registry.h"
 #include "rt/cycle/cycle.h"
 #include "rt/cycle_settings.h"
@@ -48,7 +48,8 @@ void catch_signals() {
   sigaction(SIGHUP, nullptr, &of_parent);
   if (of_parent.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // started by nohup
   signal(SIGPIPE, SIG_IGN);                                                  // the reader of the log may end
-  signal(SIGUSR1, SIG_IGN);                                                  // unless the backend uses them
+  signal(SIGXFSZ, SIG_IGN);  // a limit of the file size then is an error of ftruncate
+  signal(SIGUSR1, SIG_IGN);  // unless the backend uses them
   signal(SIGUSR2, SIG_IGN);
 }
 
@@ -196,7 +197,7 @@ void run(const corbot::rt::Options& options) {
 
 int main(int argc, char** argv) {
   const corbot::rt::Options options = corbot::rt::parse_options(argc, argv);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("corbot-rt"));
+  corbot::log_without_waiting("corbot-rt");
   catch_signals();
   try {
     run(options);

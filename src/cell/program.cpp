@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,6 +16,7 @@
 #include "client/help_formatter.h"
 #include "client/number_within.h"
 #include "config/similar.h"
+#include "log/program_log.h"
 #include "notify/end_signals.h"
 
 namespace corbot::cell {
@@ -116,7 +116,7 @@ int run_program(int argc, char** argv, const Program& program) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::kUsage);
   }
-  spdlog::set_default_logger(spdlog::stderr_color_mt(program.name));
+  log_without_waiting(program.name);
   try {
     const CellConfig cell = load_cell(options.file, options.overrides);
     make_private_directory(cell.state_directory);

@@ -297,7 +297,8 @@ TEST_F(Robustness, AnEmptyWordMovesNothing) {
   EXPECT_THAT(unnamed.errors, HasSubstr("--name: '--simulated' is an option: is a variable of the shell"));
   using Words = std::vector<std::string>;
   for (const Words& stop : {Words{"stop", "--robot", ""}, Words{"--robot", "", "stop"},
-                            Words{"--timeout", "2", "stop", "--robot", ""}}) {
+                            Words{"--timeout", "2", "stop", "--robot", ""}, Words{"stop", "--robot="},
+                            Words{"--robot=", "stop"}, Words{"stop", "--robot=", "--timeout", "5"}}) {
     const RunResult stopped = corbot(stop);
     EXPECT_EQ(stopped.code, 0) << "a stop stops: " << stopped.errors;
   }

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <utility>
 
 #include "cli_rig.h"
+#include "shm/channel_client.h"
 #include "shm/descriptor.h"
 #include "support/paths.h"
 #include "support/ports.h"
+#include "support/traced_thread.h"
 #include "terminal.h"
 
 namespace corbot::test {
@@ -169,6 +175,53 @@ TEST_F(Supervision, DownWaitsForTheKillOfAProcessThatDoesNotEnd) {
   const std::size_t killing = log.find("servant has not ended yet; killing it");
   ASSERT_NE(killing, std::string::npos) << log;
   EXPECT_LT(killing, log.find("at rest, ended")) << "the real-time task outlives the servant";
+  supervisor_.reset();
+}
+
+/// The servant is killed at the end of its grace, and the arm must not move on until then.
+TEST_F(Supervision, DownStopsTheArmWhateverHoldsTheServant) {
+  if (const std::string why = why_not_traceable(); !why.empty()) GTEST_SKIP() << why;
+  up({}, responding_within(10));
+  const auto motion = begin({"joints", "80", "20", "30", "40", "--time", "60"});
+  ASSERT_TRUE(wait_state("Waiting"));
+  ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1), 0);
+  const Observer task = Observer::of(name_);
+  const auto moves = [&] {
+    Snapshot now{};
+    return task.task().snapshot.load(now) && now.velocity_q_s[0] != 0.0;
+  };
+  ASSERT_TRUE(wait_until(within(20), moves));
+  const pid_t servant = pid_of("servant_pid");
+  TracedThread held(servant, servant);  // its other threads go on, so the task has a servant
+  const auto down = begin({"down"});
+  EXPECT_TRUE(wait_until(within(20), [&] { return !moves(); }));
+  EXPECT_FALSE(has_ended(servant)) << "the arm is at rest before it is killed";
+  held.release();
+  EXPECT_EQ(down->wait(within(30)), 0);
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
+  supervisor_.reset();
+}
+
+/// As with a terminal that Ctrl-S has stopped: each log line would wait.
+TEST_F(Supervision, WithoutAReaderOfItsOutputTheProgramsAreReplaced) {
+  const std::string log = (directory_ / "log").string();
+  ASSERT_EQ(::mkfifo(log.c_str(), 0600), 0);
+  const Descriptor fifo(::open(log.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  ASSERT_TRUE(fifo);
+  supervisor_ = begin_in(
+      {"/bin/sh", "-c", "exec \"$@\" 2>\"$0\"", log},
+      {"up", CORBOT_TEST_PROFILE, "--name", name_, "--endpoint", "127.0.0.1:" + std::to_string(port_)});
+  ASSERT_TRUE(supervisor_->wait_line(name_ + " is up", within(30)));
+  std::array<char, 4096> page{};
+  while (::write(fifo.get(), page.data(), page.size()) > 0 || ::write(fifo.get(), page.data(), 1) > 0) {
+  }
+  for (const char* key : {"rt_pid", "servant_pid"}) {
+    const pid_t old = pid_of(key);
+    ASSERT_EQ(::kill(old, SIGKILL), 0);
+    EXPECT_TRUE(wait_until(within(30), [&] { return pid_of(key) != old && works(); })) << key;
+  }
+  EXPECT_EQ(corbot({"down"}).code, 0);
+  EXPECT_EQ(supervisor_->wait(within(30)), 0);
   supervisor_.reset();
 }
 

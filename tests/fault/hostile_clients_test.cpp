@@ -2,7 +2,6 @@
 // Clients that are many, rude, or broken, against the servants.
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,7 +11,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <future>
 #include <memory>
 #include <thread>
 
@@ -23,7 +21,6 @@
 #include "support/paths.h"
 #include "support/ports.h"
 #include "support/robot_rig.h"
-#include "support/traced_thread.h"
 
 namespace corbot::test {
 namespace {
@@ -146,29 +143,6 @@ TEST_F(HostileClients, AFloodOfGarbageBesideAFullLogHoldsNoConnection) {
   servant_.reset();
   ::close(fifo);
   ::unlink(log.c_str());
-}
-
-/// As by another process that fills the pipe of the log between the look for room and the message.
-TEST_F(HostileClients, AThreadThatIsHeldAtTheLogHoldsNoOther) {
-  if (on_orbit2()) GTEST_SKIP() << "skipped: ORBit2 logs none";
-  if (const std::string why = why_not_traceable(); !why.empty()) GTEST_SKIP() << why;
-  const auto closes = [&](std::chrono::steady_clock::time_point deadline) {
-    RawConnection rude(port_);
-    return rude.send(giop_header(77, 4, false, 2) + "none") && rude.closed(deadline);
-  };
-  ASSERT_TRUE(closes(within(30)));
-  std::atomic<bool> is_held{false};
-  auto others = std::async(std::launch::async, [&] {
-    while (!is_held) (void)closes(within(1));
-  });
-  const auto held = hold_at_call(
-      servant_->pid(), threads_of(servant_->pid()),
-      [](const SystemCall& call) { return call.number == SYS_write && call.arguments[0] == STDERR_FILENO; },
-      within(30));
-  is_held = true;
-  others.get();
-  ASSERT_TRUE(held);
-  for (int i = 0; i < 5; ++i) EXPECT_TRUE(closes(within(10)));
 }
 
 TEST_F(HostileClients, ATraceOfTheOrbIsWhole) {

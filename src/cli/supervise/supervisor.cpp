@@ -79,8 +79,8 @@ bool Supervisor::start(Spec spec) {
     if (const auto status = entry.child.reap()) {
       const bool is_usage = WIFEXITED(*status) && WEXITSTATUS(*status) == static_cast<int>(ExitCode::kUsage);
       give_up(entry, is_usage ? ExitCode::kUsage : ExitCode::kInternal,
-              fmt::format("{} ended at its start ({}): its own message above has the reason{}",
-                          entry.spec.title, describe_end(*status),
+              fmt::format("{} ended at its start ({}){}{}", entry.spec.title, describe_end(*status),
+                          WIFSIGNALED(*status) ? "" : ": its own message above has the reason",
                           entry.spec.examine_with.empty()
                               ? ""
                               : fmt::format("; '{}' says what to do", entry.spec.examine_with)));

@@ -22,6 +22,7 @@
 #include "config/load_profile.h"
 #include "config/profile_edit.h"
 #include "net/ports.h"
+#include "shm/channel_client.h"
 #include "shm/run_directory.h"
 
 namespace corbot::cli {
@@ -192,6 +193,15 @@ class StateFiles {
   bool lost_{false};
 };
 
+/// Requests a stop by the stop segment of this task, so that the arm slows down whatever holds the servant.
+/// Does not wait for it.
+void request_stop(const std::string& robot, pid_t task) noexcept {
+  try {
+    if (StopPort port = StopPort::of(robot); port.task_pid() == task) port.request();
+  } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): no task runs, so nothing moves
+  }
+}
+
 /// Supervises until a signal requests the end. Throws Failure.
 void supervise(const UpOptions& options, const Profile& profile, RobotState& state, StateLock& lock,
                ServiceManager& manager, const LogDirectory* log_directory) {
@@ -235,6 +245,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   }
   manager.ending();
   report(fmt::format("ending {}{}", state.name, console.end_hint()));
+  request_stop(state.name, supervisor.pid_of(kRealTimeTask));
   supervisor.stop_all();
 }
 

@@ -30,9 +30,6 @@ class LogLimit {
     return std::exchange(left_out_, 0);
   }
 
-  /// Counts a message that could not be written.
-  void leave_out() noexcept { ++left_out_; }
-
  private:
   Clock::time_point began_{};
   int admitted_{0};
@@ -40,9 +37,9 @@ class LogLimit {
 };
 
 /// Limits the ORB's own messages on standard error. Without a limit, each malformed request of any client
-/// adds one, and a flood fills the disk that has the log. If standard error is a full pipe, the messages are
-/// left out, since each would hold a connection's thread. An ORB that writes a trace, or a file of its own,
-/// keeps all. Call this after the ORB's start, which reads these options.
+/// adds one, and a flood fills the disk that has the log. No message waits for a reader (LineOutput), since
+/// each would hold a connection's thread. An ORB that writes a trace, or a file of its own, keeps all. Call
+/// this after the ORB's start, which reads these options.
 void limit_orb_log();
 
 }  // namespace corbot::orb

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <pthread.h>
 #include <signal.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "corbot/standard_streams.h"
+#include "log/program_log.h"
 #include "net/arrivals.h"
 #include "net/endpoint.h"
 #include "net/giop_probe.h"
@@ -182,7 +182,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
 
 int main(int argc, char** argv) {
   const Options options = parse_options(argc, argv);
-  spdlog::set_default_logger(spdlog::stderr_color_mt("corbot-servant"));
+  log_without_waiting("corbot-servant");
   sigset_t end_signals;
   sigemptyset(&end_signals);
   sigaddset(&end_signals, SIGINT);

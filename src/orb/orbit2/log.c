@@ -2,13 +2,18 @@
 #include "orb/orbit2/log.h"
 
 #include <glib.h>
+#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <time.h>
+#include <unistd.h>
 
 enum { kLongestLine = 1024 };
 
+/* Leaves the line out if no program reads the log: this thread may have a stop to carry out. */
 static void write_line(const char* level, const char* text) {
+  struct pollfd log = {STDERR_FILENO, POLLOUT, 0};
+  if (poll(&log, 1, 0) != 1 || (log.revents & POLLOUT) == 0) return;
   struct timespec now;
   struct tm local;
   char stamp[32];

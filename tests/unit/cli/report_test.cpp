@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests the supervisor's output to readers that do not read.
-#include "cli/supervise/report.h"
+#include "log/line_output.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
