@@ -164,6 +164,8 @@ def test_a_call_of_a_cell_that_was_killed_says_so() -> None:
             with pytest.raises(corbot.Disconnected):
                 while time.monotonic() < begun + END:
                     call()
-        with pytest.raises((corbot.Disconnected, corbot.RobotNotFound)):
+        with pytest.raises((corbot.Disconnected, corbot.RobotNotFound, corbot.NotReady)) as stopped:
             cell.stop()
+        if stopped.type is corbot.NotReady:
+            assert "shutting down" in str(stopped.value), "by a robot that is just ending"
         assert list(cell.watch()) == [], "it ends with the cell"
