@@ -65,7 +65,7 @@ TEST_F(Programs, TheExampleRunsWhileItIsRecorded) {
   EXPECT_EQ(drawn.output, (directory_ / "run.svg").string() + "\n");
   const RunResult piped = corbot({"plot", file, "-o", "-"});
   EXPECT_THAT(piped.output,
-              AllOf(HasSubstr("<svg "), HasSubstr(">joint 3 wrist, deg<"), HasSubstr(" cycles, 0 missing<")));
+              AllOf(HasSubstr("<svg "), HasSubstr(">joint 3 wrist, deg<"), HasSubstr(" cycles, 0 missing")));
   EXPECT_EQ(corbot({"plot", CORBOT_EXAMPLES "/pick_and_place.corbot", "-o", "-"}).code, 2);
 }
 
