@@ -194,7 +194,7 @@ class StateFiles {
 };
 
 /// Requests a stop by the stop segment of this task, so that the arm slows down whatever holds the servant.
-/// Does not wait for it.
+/// Does not wait for it; a frozen task delays this by up to 3 s.
 void request_stop(const std::string& robot, pid_t task) noexcept {
   try {
     if (StopPort port = StopPort::of(robot); port.task_pid() == task) port.request();
