@@ -27,6 +27,19 @@ class WatchdogTest : public SafetyLinesTest {
       return toggles() >= before + 6 && watchdog_.outputs() == 1;
     });
   }
+  /// Freezes a thread until the watchdog trips by it. On a busy machine the watcher itself may be late then,
+  /// and trips by that.
+  bool trips(SafetyLines& lines, std::atomic<bool>& is_frozen, const std::string& cause) {
+    for (int i = 0; i < 30; ++i) {
+      const std::size_t before = logged(lines).size();
+      is_frozen = true;
+      if (!wait_until([&] { return stop_.sources() == kWatchdog; })) return false;
+      if (logged(lines).find("watchdog tripped: " + cause, before) != std::string::npos) return true;
+      is_frozen = false;
+      if (!wait_until([&] { return stop_.sources() == 0; }) || !runs()) return false;
+    }
+    return false;
+  }
   bool has_power() { return power_.outputs() == 1; }
   /// For so many looks.
   bool is_silent(std::uint32_t looks = 300) {
@@ -51,12 +64,10 @@ TEST_F(WatchdogTest, ACycleThatStandsStillTripsItAndTakesThePower) {
   lines->allow_power();
   ASSERT_TRUE(runs());
   ASSERT_TRUE(wait_until([&] { return has_power() || !runs(); }));
-  is_frozen_ = true;
-  ASSERT_TRUE(wait_until([&] { return stop_.sources() == kWatchdog; }));
+  ASSERT_TRUE(trips(*lines, is_frozen_, "the cycle stood still"));
   ASSERT_TRUE(wait_until([&] { return power_.outputs() == 0; }))
       << "nothing is left that could slow the arm down";
   EXPECT_TRUE(is_silent());
-  EXPECT_THAT(logged(*lines), HasSubstr("watchdog tripped: the cycle stood still"));
   is_frozen_ = false;
   ASSERT_TRUE(wait_until([&] { return stop_.sources() == 0; })) << "all advance again";
   EXPECT_TRUE(is_silent()) << "which is not Clear";
@@ -70,10 +81,8 @@ TEST_F(WatchdogTest, ADevicesThreadThatStandsStillTripsIt) {
   const auto lines = begin();
   lines->allow_power();
   ASSERT_TRUE(runs());
-  is_bus_frozen_ = true;
-  ASSERT_TRUE(wait_until([&] { return stop_.sources() == kWatchdog; }));
+  ASSERT_TRUE(trips(*lines, is_bus_frozen_, "the device's thread stood still"));
   EXPECT_TRUE(is_silent());
-  EXPECT_THAT(logged(*lines), HasSubstr("watchdog tripped: the device's thread stood still"));
   is_bus_frozen_ = false;
   EXPECT_TRUE(runs());
 }
