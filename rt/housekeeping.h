@@ -16,7 +16,7 @@ void run_housekeeping(const ChannelServer& server, Cycle& cycle, Backend& backen
                       const JointKinds& kinds, const std::atomic<bool>& ended);
 
 /// Not real-time. Until `ended`, reports to the supervisor of this process as long as the cycle number
-/// advances. It needs a thread of its own, since a reader of the log may block the log's writer.
+/// advances. It needs a thread of its own, since a disk that has the log may block the log's writer.
 void report_progress(const Cycle& cycle, const std::atomic<bool>& ended);
 
 /// Not real-time. Prints the log lines since the last call.
