@@ -68,6 +68,8 @@ bool corbot_place_needed(const char* operation, corbot_place_kind* kind) {
       {"MoveRelativeS", CORBOT_PLACE_TO_WAIT},
       {"SetSoftLimits", CORBOT_PLACE_TO_CHANGE},
       {"ResetSoftLimits", CORBOT_PLACE_TO_CHANGE},
+      {"SetWorkspace", CORBOT_PLACE_TO_CHANGE},
+      {"ResetWorkspace", CORBOT_PLACE_TO_CHANGE},
   };
   static const char starts[] = "Start";
   if (strncmp(operation, starts, sizeof(starts) - 1) == 0) {

@@ -3,9 +3,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <regex>
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "support/paths.h"
 #include "unit/net/accepted_pair.h"
 
 namespace corbot::test {
@@ -55,6 +59,21 @@ TEST(PlaceNeeded, ByEveryOperationThatWaitsForAMotionOrStartsOne) {
   }
   for (const char* at_once : {"SetToolPitch", "SetToolOrientation", "ResetToolOrientation", "Speed"})
     EXPECT_FALSE(corbot_place_needed(at_once, &kind)) << at_once;
+}
+
+/// The servant on ORBit2 lets these run in a place only.
+TEST(PlaceNeeded, ByEveryOperationThatTheServantOnOrbit2Bounds) {
+  std::ifstream source(CORBOT_SOURCE_DIR "/src/orb/orbit2/arm_bounded.c");
+  const std::regex bounded("  arm->(\\w+) = \\w+;");
+  int count = 0;
+  for (std::string line; std::getline(source, line);) {
+    std::smatch match;
+    if (!std::regex_match(line, match, bounded)) continue;
+    corbot_place_kind kind{};
+    EXPECT_TRUE(corbot_place_needed(match.str(1).c_str(), &kind)) << line;
+    ++count;
+  }
+  EXPECT_GE(count, 13);
 }
 
 TEST_F(Places, OfAHostFourCallsMayLastOfWhateverKinds) {
