@@ -192,6 +192,7 @@ class PlacesOfAClass : public Places {
   }
   void TearDown() override {
     Places::TearDown();
+    if (IsSkipped()) return;  // the profile is everybody's
     std::filesystem::remove(profile_);
   }
   std::string local_reference_;
