@@ -25,6 +25,8 @@ endif()
 
 # A program on ORBit2. The leak sanitizer ignores the leaks of ORBit2 itself.
 function(corbot_on_orbit2 target)
+  # The sources are in C, in which two files often share a static name.
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
   target_link_libraries(${target} PRIVATE corbot::idl_orbit2)
   if(CORBOT_SANITIZE MATCHES address)
     target_sources(${target} PRIVATE ${PROJECT_SOURCE_DIR}/tests/support/orbit2_leaks.c)
