@@ -44,7 +44,7 @@ typedef struct Stream {
   unsigned char id[kId]; /* first bytes of the body: in GIOP 1.2 the number of the request */
   unsigned next_numbered;
   Numbered numbered[kNumbered];
-  /* Number of bytes that were readable after a gap, and the stop number for them. */
+  /* Number of readable bytes that have a number already, after a gap or by corbot_arrivals_number(). */
   _Atomic int old_bytes;
   _Atomic uint64_t old_stops;
 } Stream;
@@ -151,6 +151,32 @@ void corbot_arrivals_end(void) {
   atomic_store(&count_stops, NULL);
 }
 
+/* Returns the number of what is read next. This order matters: a freeze or a Stop between any two of these
+ * steps and the read makes the number too old, never too new. */
+uint64_t corbot_arrivals_now(void) {
+  uint64_t stops = 0;
+  uint64_t by_others = 0;
+  count(&stops, &by_others);
+  const int64_t ran = atomic_load(&ran_ns);
+  if (ran != 0 && now_ns() - ran >= kGap_ns) {
+    pthread_mutex_lock(&mutex);
+    look();
+    pthread_mutex_unlock(&mutex);
+  }
+  return stops;
+}
+
+void corbot_arrivals_number(int fd, int bytes, uint64_t stops) {
+  if (fd < 0 || fd >= CORBOT_DESCRIPTORS) return;
+  Stream* stream = &streams[fd];
+  pthread_mutex_lock(&mutex);
+  if (atomic_load(&stream->old_bytes) <= 0 || atomic_load(&stream->old_stops) == stops) {
+    atomic_store(&stream->old_stops, stops);
+    atomic_store(&stream->old_bytes, bytes);
+  }
+  pthread_mutex_unlock(&mutex);
+}
+
 uint64_t corbot_arrival(void) { return arrival; }
 
 uint64_t corbot_arrival_of(int fd, uint32_t request) {
@@ -240,17 +266,7 @@ static ssize_t receive(int fd, void* bytes, size_t size, int flags) {
   Stream* stream = &streams[fd];
   size = within_message(stream, size);
   for (;;) {
-    /* This order matters: a freeze or a Stop between any two of these steps makes the number too old, never
-     * too new. */
-    uint64_t stops = 0;
-    uint64_t by_others = 0;
-    count(&stops, &by_others);
-    const int64_t ran = atomic_load(&ran_ns);
-    if (ran != 0 && now_ns() - ran >= kGap_ns) {
-      pthread_mutex_lock(&mutex);
-      look();
-      pthread_mutex_unlock(&mutex);
-    }
+    const uint64_t stops = corbot_arrivals_now();
     const ssize_t received = recvfrom(fd, bytes, size, flags | MSG_DONTWAIT, NULL, NULL);
     if (received > 0) {
       follow(stream, bytes, (size_t)received);

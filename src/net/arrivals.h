@@ -30,6 +30,14 @@ typedef void (*corbot_count_stops)(void* context, uint64_t* all, uint64_t* by_ot
 void corbot_arrivals_start(corbot_count_stops count, void* context);
 void corbot_arrivals_end(void);
 
+/* For an ORB that reads connections in another order than their bytes arrived. Returns the number of what
+ * arrives now. */
+uint64_t corbot_arrivals_now(void);
+/* Gives the first `bytes` that are readable on a connection the number `stops`, which was read before they
+ * were looked at. They have it when the ORB reads them, whatever was counted meanwhile. Bytes that have an
+ * earlier number keep it. */
+void corbot_arrivals_number(int fd, int bytes, uint64_t stops);
+
 /* Returns the number of the request whose last bytes this thread has read. */
 uint64_t corbot_arrival(void);
 /* Returns the number of that request of GIOP 1.2 on that connection. Any thread may have read its last bytes,

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <optional>
 #include <string>
 
 #include <fmt/core.h>
@@ -36,6 +37,25 @@ class Arrival : public RobotRig {
       return state != std::string::npos && text[state + 2] == 'T';
     }));
     frozen_at_ = std::chrono::steady_clock::now();
+  }
+  /// Sends a Stop on one connection and a start on another while the servant is frozen, which then has both
+  /// to read. Returns the status of the start's reply. A freeze of a second or more would count as such.
+  std::optional<std::uint32_t> status_of_start(RawConnection& stop, RawConnection& start,
+                                               bool stop_is_first) {
+    constexpr auto kShort = std::chrono::milliseconds(800);
+    for (;;) {
+      freeze();
+      if (HasFatalFailure()) return std::nullopt;
+      for (const bool is_stop : {stop_is_first, !stop_is_first})
+        EXPECT_TRUE(is_stop ? stop.send(giop_request(2, name_, "Stop")) : start.send(request(3, name_)));
+      servant_->signal(SIGCONT);
+      const auto reply = start.reply(within(30));
+      const bool was_short = std::chrono::steady_clock::now() - frozen_at_ < kShort;
+      EXPECT_TRUE(stop.reply(within(30)));
+      arm_->Stop();
+      if (!reply) return std::nullopt;
+      if (was_short) return reply->status;
+    }
   }
   /// After more than a second.
   void thaw() {
@@ -97,6 +117,21 @@ TEST_F(Arrival, WithoutAStopMeanwhileAFreezeCostsNothing) {
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->status, kResult);
   arm_->Stop();
+}
+
+/// ORBit2 reads all connections in one thread, one message of each in turn, the older connections first.
+TEST_F(Arrival, AStopAndAStartThatAreReadTogetherKeepTheirOrder) {
+  if (!on_orbit2()) GTEST_SKIP() << "skipped: omniORB reads each connection in a thread of its own";
+  RawConnection older(port_);
+  RawConnection newer(port_);
+  for (RawConnection* connection : {&older, &newer}) {
+    ASSERT_TRUE(connection->send(giop_request(1, name_, "_get_DoF")));
+    ASSERT_TRUE(connection->reply(within(30)));
+  }
+  EXPECT_EQ(status_of_start(newer, older, true), kResult) << "sent after a Stop on a newer connection";
+  EXPECT_EQ(status_of_start(older, newer, true), kResult) << "sent after a Stop on an older connection";
+  EXPECT_EQ(status_of_start(newer, older, false), kUserException) << "sent before it, on an older one";
+  EXPECT_EQ(status_of_start(older, newer, false), kUserException) << "sent before it, on a newer one";
 }
 
 /// On one connection several threads of the ORB read, each whatever comes next.

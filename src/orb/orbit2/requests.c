@@ -7,12 +7,17 @@
 #include <orbit/orbit.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
 
+#include "net/arrivals.h"
 #include "orb/orbit2/calls.h"
 
 /* Exported by ORBit2 without a public declaration. */
 extern CORBA_sequence_CORBA_octet* giop_recv_buffer_get_objkey(void* request);
 extern char* giop_recv_buffer_get_opname(void* request);
+extern void* link_connection_ref(void* connection);
+extern void link_connection_unref(void* connection);
 
 /* A function that carries out an operation. */
 typedef void (*Skeleton)(PortableServer_Servant servant, gpointer result, gpointer* arguments,
@@ -39,6 +44,9 @@ static corbot_robot* served_robot;
 
 static const char kDescriptor[] = "corbot-descriptor";
 
+/* Reports each connection once after bytes have arrived there. */
+static int arrived = -1;
+
 /* Returns the library's own function of that name. */
 static void* own(const char* function) {
   void* found = dlsym(RTLD_NEXT, function);
@@ -56,22 +64,66 @@ void requests_leave(int place) {
   if (atomic_exchange(&holders[place], NULL) != NULL) corbot_place_free(place);
 }
 
+static int descriptor_of(void* connection) {
+  return GPOINTER_TO_INT(g_object_get_data(G_OBJECT(connection), kDescriptor)) - 1;
+}
+
 void link_connection_from_fd(void* connection, int fd, const void* protocol, char* host, char* service,
                              gboolean initiated, int status, int options) {
   static void (*real)(void*, int, const void*, char*, char*, gboolean, int, int);
   if (real == NULL) *(void**)&real = own("link_connection_from_fd");
   g_object_set_data(G_OBJECT(connection), kDescriptor, GINT_TO_POINTER(fd + 1));
   real(connection, fd, protocol, host, service, initiated, status, options);
+  if (initiated) return;
+  if (arrived < 0) arrived = epoll_create1(EPOLL_CLOEXEC);
+  struct epoll_event event = {.events = EPOLLIN | EPOLLET, .data.ptr = connection};
+  (void)epoll_ctl(arrived, EPOLL_CTL_ADD, fd, &event); /* until the descriptor is closed */
 }
 
-gboolean giop_connection_handle_input(void* connection) {
+/* Reads at most one message. */
+static gboolean read_message(void* connection) {
   static gboolean (*real)(void*);
   if (real == NULL) *(void**)&real = own("giop_connection_handle_input");
   const int before = reading_fd;
-  reading_fd = GPOINTER_TO_INT(g_object_get_data(G_OBJECT(connection), kDescriptor)) - 1;
+  reading_fd = descriptor_of(connection);
   const gboolean result = real(connection);
   reading_fd = before;
   return result;
+}
+
+/* Returns true if a Stop may be among the bytes of a connection. Otherwise their arrival is now. The search
+ * for the name may be wrong: it changes only the order in which connections are read. */
+static bool may_hold_stop(int fd) {
+  char bytes[2048];
+  const uint64_t now = corbot_arrivals_now();
+  const ssize_t size = recvfrom(fd, bytes, sizeof(bytes), MSG_PEEK | MSG_DONTWAIT, NULL, NULL);
+  if (size <= 0) return false;
+  if (memmem(bytes, (size_t)size, "Stop", strlen("Stop")) != NULL) return true;
+  corbot_arrivals_number(fd, (int)size, now);
+  return false;
+}
+
+/* Reads connections on which a Stop has arrived. ORBit2's I/O thread reads one message of each of its
+ * connections in turn, and beside many others a Stop would wait for milliseconds. Other requests keep their
+ * arrival, so a Move that arrived before the Stop stays before the Stop. ORBit2 frees a connection only in
+ * this thread, after its descriptor is closed. */
+static void read_stops_first(void) {
+  enum { kMostMessages = 16 }; /* so that a flood of Stops leaves turns for the others */
+  struct epoll_event event;
+  for (int count = 0; count < kMostMessages && epoll_wait(arrived, &event, 1, 0) == 1;) {
+    void* connection = event.data.ptr;
+    const int fd = descriptor_of(connection);
+    if (!may_hold_stop(fd)) continue;
+    (void)link_connection_ref(connection);
+    do (void)read_message(connection);
+    while (++count < kMostMessages && may_hold_stop(fd));
+    link_connection_unref(connection);
+  }
+}
+
+gboolean giop_connection_handle_input(void* connection) {
+  read_stops_first();
+  return read_message(connection);
 }
 
 /* Returns true if an object key is ours: the robot's name, or NAME/KEY of an Acquire's reference, valid or

@@ -67,6 +67,25 @@ TEST_F(Arrivals, EachMessageHasTheNumberThatHeldWhenItWasRead) {
   EXPECT_EQ(corbot_arrival(), 2u);
 }
 
+/// A reader that takes the connections in another order numbers what has arrived before it reads a Stop.
+TEST_F(Arrivals, WhatWasNumberedKeepsItsNumberUntilItIsRead) {
+  constexpr int kMessage = 32;
+  send(message(20));
+  corbot_arrivals_number(pair_.server, kMessage, corbot_arrivals_now());
+  send(message(20));
+  corbot_arrivals_number(pair_.server, 2 * kMessage, corbot_arrivals_now());
+  stops_ = 2;
+  send(message(20));
+  corbot_arrivals_number(pair_.server, 3 * kMessage, corbot_arrivals_now());
+  for (const std::uint64_t number : {1u, 1u, 2u}) {
+    EXPECT_EQ(receive(), 12);
+    EXPECT_EQ(receive(), 20);
+    EXPECT_EQ(corbot_arrival(), number);
+  }
+  corbot_arrivals_number(-1, kMessage, 3);
+  corbot_arrivals_number(CORBOT_DESCRIPTORS, kMessage, 3);
+}
+
 /// The number is read when the bytes are there, not when the reader began to wait for them.
 TEST_F(Arrivals, AReaderThatWaitedDoesNotMakeAMessageOld) {
   std::atomic<pid_t> waiting{0};
