@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -73,14 +74,18 @@ std::string beyond_text(const Corbot::PoseSolution& one, const std::vector<Joint
 /// `is_asked`: the caller has given an orientation; else it is the tool's present one.
 std::string solutions_text(const Corbot::PoseSolutions& solutions, long in_use,
                            const std::vector<Joint>& joints, bool is_asked) {
+  std::size_t width = 11;
+  for (const Joint& joint : joints) width = std::max(width, joint.name.size());
   std::string text = "   ";
-  for (const Joint& joint : joints) text += fmt::format(" {:>11}", joint.unit);
+  for (const Joint& joint : joints) text += fmt::format(" {:>{}}", joint.name, width);
+  text += "\n   ";
+  for (const Joint& joint : joints) text += fmt::format(" {:>{}}", joint.unit, width);
   text += '\n';
   for (CORBA::ULong k = 0; k < solutions.length(); ++k) {
     const Corbot::PoseSolution& one = solutions[k];
     text += fmt::format("{:2}{}", one.number, static_cast<long>(one.number) == in_use ? "*" : " ");
     for (CORBA::ULong i = 0; i < one.joints.length(); ++i)
-      text += fmt::format(" {:11.6f}", rounded(one.joints[i], 1e6));
+      text += fmt::format(" {:{}.6f}", rounded(one.joints[i], 1e6), width);
     text += beyond_text(one, joints);
     if (one.orientationError > 1e-4)
       text += fmt::format("  orientation {:.4g} degrees {}", one.orientationError,

@@ -172,7 +172,8 @@ TEST_F(Arms, ThatTurnAndSlideShowTheUnitOfEachJoint) {
   EXPECT_THAT(ready.errors, HasSubstr("joint 2 would be at 0 m"));
 
   const RunResult all = corbot({"solutions", "0.22", "0.13", "-0.01"});
-  EXPECT_THAT(all.output, testing::MatchesRegex("[ ]+degrees[ ]+degrees[ ]+m[ ]+degrees\n 0\\*.*"));
+  EXPECT_THAT(all.output, testing::MatchesRegex("[ ]+shoulder[ ]+elbow[ ]+shaft[ ]+rotation\n"
+                                                "[ ]+degrees[ ]+degrees[ ]+m[ ]+degrees\n 0\\*.*"));
   EXPECT_THAT(all.output, HasSubstr("  beyond the limits: shaft\n"));
   const auto data = nlohmann::json::parse(corbot({"solutions", "0.22", "0.13", "-0.01", "--json"}).output);
   ASSERT_EQ(data.at("joints").size(), 4u);
