@@ -103,7 +103,8 @@ class VerbFormatter : public HelpFormatter {
   const VerbSpec& spec_;
 };
 
-/// Returns "; did you mean '--time'?" for the first unknown option in `words`, or "".
+/// Returns "; did you mean '--time'?" for the first unknown option in `words`, with or without its dashes.
+/// Returns "; did you mean '--robot lynx5'?" for one other word, else "".
 std::string similar_option(const CLI::App& command, const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options()) {
@@ -111,10 +112,14 @@ std::string similar_option(const CLI::App& command, const std::vector<std::strin
   }
   const std::vector<std::string_view> known(names.begin(), names.end());
   for (const std::string& word : words) {
-    if (!word.starts_with("--")) continue;
-    const std::string_view typed = std::string_view(word).substr(0, word.find('='));
+    const std::string typed = (word.starts_with('-') ? "" : "--") + word.substr(0, word.find('='));
     const std::string_view near = corbot::most_similar(typed, known, corbot::kSimilarCommand);
     if (!near.empty()) return fmt::format("; did you mean '{}'?", near);
+  }
+  if (words.size() != 1 || words[0].starts_with('-')) return "";
+  for (const char* option : {"--robot", "--name"}) {
+    if (std::find(names.begin(), names.end(), option) != names.end())
+      return fmt::format("; did you mean '{} {}'?", option, words[0]);
   }
   return "";
 }
