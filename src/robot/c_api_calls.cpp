@@ -278,7 +278,9 @@ corbot_status corbot_robot_await_stops(corbot_robot* robot, int32_t hold, corbot
 
 corbot_status corbot_robot_clear(corbot_robot* robot, const corbot_caller* caller, corbot_error* error) {
   return recorded(
-      robot, caller, error, [&] { robot->robot.clear(wanted_to_change(caller)); }, "Clear()");
+      robot, caller, error,
+      [&] { robot->robot.clear(wanted_to_change(caller), caller != nullptr ? caller->stops : 0); },
+      "Clear()");
 }
 
 corbot_status corbot_robot_cancel(corbot_robot* robot, const corbot_caller* caller, corbot_ticket ticket,

@@ -126,7 +126,8 @@ class Robot final : private LinkListener {
   void stop_and_hold(std::string by, const corbot_counted_stop& counted = {});
   void pause(bool on, const Wanted& wanted = {});
   void set_override(double percent, const Wanted& wanted = {});
-  void clear(const Wanted& wanted = {});
+  /// `arrival`: as accept()'s. A hold that was counted since is not ended.
+  void clear(const Wanted& wanted = {}, std::uint64_t arrival = 0);
 
   // Settings for the motions planned from now on.
   void set_speed(double percent);

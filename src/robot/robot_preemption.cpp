@@ -203,9 +203,10 @@ void Robot::set_override(double percent, const Wanted& wanted) {
   task_.await_seen(task, kSettle_s, "an Override", wanted);
 }
 
-void Robot::clear(const Wanted& wanted) {
+void Robot::clear(const Wanted& wanted, std::uint64_t arrival) {
   const LivingTask task = task_.living();
   if (view_.held()) {
+    if (arrival != 0 && task.stops() != arrival) throw not_ready("a stop came after this Clear; call again");
     const auto is_over = [this](const Snapshot& now) {
       return now.state == RtState::kError || !view_.held();
     };

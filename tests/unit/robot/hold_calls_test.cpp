@@ -59,6 +59,21 @@ TEST_F(HoldCalls, ReturnsAtRestInErrorAndSaysWhoAsked) {
   EXPECT_EQ(end_of(ticket_).state, CORBOT_MOTION_DONE);
 }
 
+TEST_F(HoldCalls, IsNotEndedByAClearThatArrivedBefore) {
+  open_at_rest();
+  corbot_caller anyone = caller(public_);
+  ASSERT_EQ(corbot_robot_stop(called_.get(), &anyone, &error_), CORBOT_OK) << error_.text;
+  std::uint64_t by_others = 0;
+  corbot_robot_stops(called_.get(), &anyone.stops, &by_others);
+  ASSERT_EQ(hold(), CORBOT_OK) << error_.text;
+  EXPECT_EQ(corbot_robot_clear(called_.get(), &anyone, &error_), CORBOT_NOT_READY);
+  EXPECT_NE(std::string(error_.text).find("a stop came after this Clear"), std::string::npos) << error_.text;
+  EXPECT_TRUE(is_held());
+  corbot_robot_stops(called_.get(), &anyone.stops, &by_others);
+  EXPECT_EQ(corbot_robot_clear(called_.get(), &anyone, &error_), CORBOT_OK) << error_.text;
+  EXPECT_FALSE(is_held());
+}
+
 TEST_F(HoldCalls, OutlivesTheServant) {
   open_at_rest();
   ASSERT_EQ(hold(), CORBOT_OK) << error_.text;
