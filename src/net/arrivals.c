@@ -44,7 +44,7 @@ typedef struct Stream {
   unsigned char id[kId]; /* first bytes of the body: in GIOP 1.2 the number of the request */
   unsigned next_numbered;
   Numbered numbered[kNumbered];
-  /* Number of readable bytes that have a number already, after a gap or by corbot_arrivals_number(). */
+  /* Number of readable bytes that have a number already, after a gap or before a Stop. */
   _Atomic int old_bytes;
   _Atomic uint64_t old_stops;
 } Stream;
@@ -77,22 +77,21 @@ static void count(uint64_t* all, uint64_t* by_others) {
   if (function != NULL) function(count_context, all, by_others);
 }
 
+void corbot_arrivals_number(int fd, uint64_t number) {
+  int bytes = 0;
+  if (fd < 0 || fd >= CORBOT_DESCRIPTORS || ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
+  if (atomic_load(&streams[fd].old_bytes) <= 0) atomic_store(&streams[fd].old_stops, number);
+  atomic_store(&streams[fd].old_bytes, bytes);
+}
+
 /* Assigns a number to the bytes that are readable after a gap. The number excludes the stops that other
  * processes counted during the gap. It includes those of this process, which counts them only while it runs.
- * Bytes from an earlier gap keep their number. Bytes that came since then count as equally old, as they
- * cannot be distinguished. The caller holds the mutex. */
+ * The caller holds the mutex. */
 static void mark_old(int fd) {
-  int bytes = 0;
-  if (ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
-  if (atomic_load(&streams[fd].old_bytes) > 0) {
-    atomic_store(&streams[fd].old_bytes, bytes);
-    return;
-  }
   uint64_t all = 0;
   uint64_t by_others = 0;
   count(&all, &by_others);
-  atomic_store(&streams[fd].old_stops, all - by_others + by_others_before_gap);
-  atomic_store(&streams[fd].old_bytes, bytes);
+  corbot_arrivals_number(fd, all - by_others + by_others_before_gap);
 }
 
 /* Checks whether this process has run recently, and reads the number of stops. After a gap the first thread
@@ -164,17 +163,6 @@ uint64_t corbot_arrivals_now(void) {
     pthread_mutex_unlock(&mutex);
   }
   return stops;
-}
-
-void corbot_arrivals_number(int fd, int bytes, uint64_t stops) {
-  if (fd < 0 || fd >= CORBOT_DESCRIPTORS) return;
-  Stream* stream = &streams[fd];
-  pthread_mutex_lock(&mutex);
-  if (atomic_load(&stream->old_bytes) <= 0 || atomic_load(&stream->old_stops) == stops) {
-    atomic_store(&stream->old_stops, stops);
-    atomic_store(&stream->old_bytes, bytes);
-  }
-  pthread_mutex_unlock(&mutex);
 }
 
 uint64_t corbot_arrival(void) { return arrival; }

@@ -30,13 +30,12 @@ typedef void (*corbot_count_stops)(void* context, uint64_t* all, uint64_t* by_ot
 void corbot_arrivals_start(corbot_count_stops count, void* context);
 void corbot_arrivals_end(void);
 
-/* For an ORB that reads connections in another order than their bytes arrived. Returns the number of what
- * arrives now. */
+/* For an ORB that reads connections with a Stop before others. Returns the number of what arrives now. */
 uint64_t corbot_arrivals_now(void);
-/* Gives the first `bytes` that are readable on a connection the number `stops`, which was read before they
- * were looked at. They have it when the ORB reads them, whatever was counted meanwhile. Bytes that have an
- * earlier number keep it. */
-void corbot_arrivals_number(int fd, int bytes, uint64_t stops);
+/* Gives a number to the readable bytes of a connection. They keep the number until the thread that calls
+ * this, which reads all connections, has read them. Bytes that have an earlier number keep it, and so do all
+ * behind them, which cannot be distinguished. Takes no lock. */
+void corbot_arrivals_number(int fd, uint64_t number);
 
 /* Returns the number of the request whose last bytes this thread has read. */
 uint64_t corbot_arrival(void);

@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -110,6 +111,8 @@ RawConnection::RawConnection(int port) {
   if (fd_ >= 0 && ::connect(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     ::close(std::exchange(fd_, -1));
   }
+  const int on = 1;  // as an ORB does; else a second request waits for the first one's acknowledgement
+  (void)::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
 }
 
 RawConnection::RawConnection(RawConnection&& other) noexcept

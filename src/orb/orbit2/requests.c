@@ -3,6 +3,7 @@
 #include "orb/orbit2/requests.h"
 
 #include <dlfcn.h>
+#include <errno.h>
 #include <glib-object.h>
 #include <orbit/orbit.h>
 #include <stdatomic.h>
@@ -11,6 +12,7 @@
 #include <sys/socket.h>
 
 #include "net/arrivals.h"
+#include "net/connections.h"
 #include "orb/orbit2/calls.h"
 
 /* Exported by ORBit2 without a public declaration. */
@@ -57,6 +59,8 @@ static void* own(const char* function) {
 void requests_serve(const char* name, GByteArray* const targets[kTargets], corbot_robot* robot) {
   served_name = g_strdup(name);
   served_robot = robot;
+  arrived = epoll_create1(EPOLL_CLOEXEC);
+  if (arrived < 0) g_error("epoll_create1: %s", g_strerror(errno));
   for (int i = 0; i < kTargets; ++i) keys[i] = g_byte_array_ref(targets[i]);
 }
 
@@ -68,16 +72,20 @@ static int descriptor_of(void* connection) {
   return GPOINTER_TO_INT(g_object_get_data(G_OBJECT(connection), kDescriptor)) - 1;
 }
 
+static void watch(int operation, void* connection) {
+  struct epoll_event event = {.events = EPOLLIN | EPOLLET, .data.ptr = connection};
+  const int fd = descriptor_of(connection);
+  if (epoll_ctl(arrived, operation, fd, &event) != 0 && operation == EPOLL_CTL_ADD)
+    (void)shutdown(fd, SHUT_RDWR);
+}
+
 void link_connection_from_fd(void* connection, int fd, const void* protocol, char* host, char* service,
                              gboolean initiated, int status, int options) {
   static void (*real)(void*, int, const void*, char*, char*, gboolean, int, int);
   if (real == NULL) *(void**)&real = own("link_connection_from_fd");
   g_object_set_data(G_OBJECT(connection), kDescriptor, GINT_TO_POINTER(fd + 1));
   real(connection, fd, protocol, host, service, initiated, status, options);
-  if (initiated) return;
-  if (arrived < 0) arrived = epoll_create1(EPOLL_CLOEXEC);
-  struct epoll_event event = {.events = EPOLLIN | EPOLLET, .data.ptr = connection};
-  (void)epoll_ctl(arrived, EPOLL_CTL_ADD, fd, &event); /* until the descriptor is closed */
+  if (!initiated) watch(EPOLL_CTL_ADD, connection); /* until the descriptor is closed */
 }
 
 /* Reads at most one message. */
@@ -91,33 +99,53 @@ static gboolean read_message(void* connection) {
   return result;
 }
 
-/* Returns true if a Stop may be among the bytes of a connection. Otherwise their arrival is now. The search
- * for the name may be wrong: it changes only the order in which connections are read. */
+/* Returns true if a Stop may be among the bytes of a connection: the name behind the length of Stop or
+ * StopAndHold. The answer may be wrong, as it changes only the order in which connections are read. */
 static bool may_hold_stop(int fd) {
+  static const char name[] = "Stop";
+  static const uint32_t lengths[] = {sizeof("Stop"), sizeof("StopAndHold")};
   char bytes[2048];
-  const uint64_t now = corbot_arrivals_now();
   const ssize_t size = recvfrom(fd, bytes, sizeof(bytes), MSG_PEEK | MSG_DONTWAIT, NULL, NULL);
-  if (size <= 0) return false;
-  if (memmem(bytes, (size_t)size, "Stop", strlen("Stop")) != NULL) return true;
-  corbot_arrivals_number(fd, (int)size, now);
+  const char* const end = bytes + (size > 0 ? size : 0);
+  const char* at = bytes;
+  while ((at = memmem(at, (size_t)(end - at), name, strlen(name))) != NULL) {
+    uint32_t length = 0;
+    if (at - bytes >= (ptrdiff_t)sizeof(length)) memcpy(&length, at - sizeof(length), sizeof(length));
+    for (size_t i = 0; i < G_N_ELEMENTS(lengths); ++i)
+      if (length == lengths[i] || length == GUINT32_SWAP_LE_BE(lengths[i])) return true;
+    at += strlen(name);
+  }
   return false;
 }
 
-/* Reads connections on which a Stop has arrived. ORBit2's I/O thread reads one message of each of its
- * connections in turn, and beside many others a Stop would wait for milliseconds. Other requests keep their
- * arrival, so a Move that arrived before the Stop stays before the Stop. ORBit2 frees a connection only in
- * this thread, after its descriptor is closed. */
+/* Reads one message each of connections on which a Stop has arrived. ORBit2's I/O thread reads one message of
+ * each of its connections in turn, and beside many others a Stop would wait for milliseconds. Requests that
+ * have arrived on other connections count as earlier than the Stops, so all are looked at before a Stop is
+ * read. Otherwise a few looks are enough, so that a flood leaves time to read. ORBit2 frees a connection only
+ * in this thread, after the end of its descriptor. */
 static void read_stops_first(void) {
-  enum { kMostMessages = 16 }; /* so that a flood of Stops leaves turns for the others */
+  enum { kLooks = 4, kLooksBeforeStop = 2 * CORBOT_MOST_CONNECTIONS, kMostStops = 4 };
+  void* connections[kMostStops];
+  int count = 0;
   struct epoll_event event;
-  for (int count = 0; count < kMostMessages && epoll_wait(arrived, &event, 1, 0) == 1;) {
-    void* connection = event.data.ptr;
-    const int fd = descriptor_of(connection);
-    if (!may_hold_stop(fd)) continue;
-    (void)link_connection_ref(connection);
-    do (void)read_message(connection);
-    while (++count < kMostMessages && may_hold_stop(fd));
-    link_connection_unref(connection);
+  const uint64_t now = corbot_arrivals_now();
+  for (int i = 0; i < (count > 0 ? kLooksBeforeStop : kLooks) && epoll_wait(arrived, &event, 1, 0) == 1;
+       ++i) {
+    const int fd = descriptor_of(event.data.ptr);
+    if (!may_hold_stop(fd)) {
+      corbot_arrivals_number(fd, now);
+      continue;
+    }
+    if (count == kMostStops) {
+      watch(EPOLL_CTL_MOD, event.data.ptr); /* reports it again at the next call */
+      break;
+    }
+    connections[count++] = link_connection_ref(event.data.ptr);
+  }
+  for (int i = 0; i < count; ++i) {
+    (void)read_message(connections[i]);
+    if (may_hold_stop(descriptor_of(connections[i]))) watch(EPOLL_CTL_MOD, connections[i]);
+    link_connection_unref(connections[i]);
   }
 }
 

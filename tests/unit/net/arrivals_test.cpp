@@ -67,23 +67,24 @@ TEST_F(Arrivals, EachMessageHasTheNumberThatHeldWhenItWasRead) {
   EXPECT_EQ(corbot_arrival(), 2u);
 }
 
-/// A reader that takes the connections in another order numbers what has arrived before it reads a Stop.
-TEST_F(Arrivals, WhatWasNumberedKeepsItsNumberUntilItIsRead) {
-  constexpr int kMessage = 32;
+/// A reader that takes a connection with a Stop first numbers before what has arrived on the others.
+TEST_F(Arrivals, WhatHasANumberKeepsItUntilItIsRead) {
+  const auto number = [&] { corbot_arrivals_number(pair_.server, corbot_arrivals_now()); };
+  number();
   send(message(20));
-  corbot_arrivals_number(pair_.server, kMessage, corbot_arrivals_now());
-  send(message(20));
-  corbot_arrivals_number(pair_.server, 2 * kMessage, corbot_arrivals_now());
+  number();
   stops_ = 2;
   send(message(20));
-  corbot_arrivals_number(pair_.server, 3 * kMessage, corbot_arrivals_now());
-  for (const std::uint64_t number : {1u, 1u, 2u}) {
+  number();
+  stops_ = 3;
+  send(message(20));
+  for (const std::uint64_t expected : {1u, 1u, 3u}) {  // the second came behind the first
     EXPECT_EQ(receive(), 12);
     EXPECT_EQ(receive(), 20);
-    EXPECT_EQ(corbot_arrival(), number);
+    EXPECT_EQ(corbot_arrival(), expected);
   }
-  corbot_arrivals_number(-1, kMessage, 3);
-  corbot_arrivals_number(CORBOT_DESCRIPTORS, kMessage, 3);
+  corbot_arrivals_number(-1, 3);
+  corbot_arrivals_number(CORBOT_DESCRIPTORS, 3);
 }
 
 /// The number is read when the bytes are there, not when the reader began to wait for them.
