@@ -72,14 +72,16 @@ class Person {
     for (last_ = Clock::now(); arrived_ < wanted_; std::this_thread::sleep_for(kLook)) {
       if (const std::string why = watch_.check(); !why.empty()) return why;
       const std::string status = stage_.status();
-      if (status.find("no person is needed") == std::string::npos) return "a person is needed:\n" + status;
+      const bool is_full = status.find("pallet2 is full") != std::string::npos;  // needs this person
+      if (!is_full && status.find("no person is needed") == std::string::npos)
+        return "a person is needed:\n" + status;
       const std::string world = stage_.tell_world("count");
       const int there = count_of(world, "pallet2");
       if (taken_ + there > arrived_) last_ = Clock::now();
       arrived_ = std::max(arrived_, taken_ + there);
       if (std::chrono::duration<double>(Clock::now() - last_).count() > kNextWithin_s)
         return fmt::format("no piece arrived for {} s: {}\n{}", kNextWithin_s, world, status);
-      if (status.find("pallet2 is full") != std::string::npos) take_away();
+      if (is_full) take_away();
       if (count_of(world, "pallet1") <= kFewLeft && status.find("robot1 is in its zone") != std::string::npos)
         (void)stage_.tell_world("refill");
     }
