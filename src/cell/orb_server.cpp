@@ -28,6 +28,7 @@ OrbServer::OrbServer(const std::string& host, const std::vector<int>& ports, std
     : endpoint_(net::endpoint_text(host, ports.front())) {
   for (const int port : ports) check_listen(host, port);
   corbot_connections_start();
+  corbot_connections_close_elsewhere();
   std::vector<std::string> words{"corbot-cell"};
   const auto add = [&](const char* option, const std::string& value) {
     words.push_back(std::string("-ORB") + option);

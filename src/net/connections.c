@@ -9,6 +9,7 @@
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
@@ -34,8 +35,9 @@ typedef struct Entry {
   int64_t used_ns;
   corbot_peer peer;
   int calls;
-  bool own;    /* from this process */
-  bool ending; /* closed because it was idle; the ORB has yet to notice */
+  bool own;          /* from this process */
+  bool ending;       /* closed because it was idle; the ORB has yet to notice */
+  _Atomic bool left; /* the ORB has closed it, and another thread will */
 } Entry;
 
 typedef enum Phase { kStarting, kServing, kEnded } Phase;
@@ -49,8 +51,9 @@ static uint64_t last_number;
 static int most; /* 0: not started */
 static int open_count;
 static int ending_count;
-static int64_t full_since_ns; /* with as many ended connections as fit; 0: there is room */
-static int own_port;          /* 0: none is expected */
+static int64_t full_since_ns;   /* with as many ended connections as fit; 0: there is room */
+static int own_port;            /* 0: none is expected */
+static _Atomic int closer = -1; /* a pipe to the thread that closes descriptors; -1: close() does */
 
 static int64_t now_ns(void) {
   struct timespec now;
@@ -61,7 +64,7 @@ static int64_t now_ns(void) {
 static Entry* find(corbot_connection connection) {
   if (connection.fd < 0 || connection.fd >= kDescriptors || connection.number == 0) return NULL;
   Entry* entry = &entries[connection.fd];
-  return entry->number == connection.number ? entry : NULL;
+  return entry->number == connection.number && !entry->left ? entry : NULL;
 }
 
 void corbot_connections_start(void) {
@@ -243,6 +246,7 @@ static bool add(int fd) {
   if (!own && open_count - ending_count >= most) make_room();
   if (!own && (open_count - ending_count >= most || open_count >= 2 * most)) return false;
   Entry* entry = &entries[fd];
+  entry->left = false;
   entry->number = ++last_number;
   entry->used_ns = now_ns();
   entry->peer = peer;
@@ -309,11 +313,8 @@ int accept(int fd, __SOCKADDR_ARG address, socklen_t* restrict size) {
   return -1;
 }
 
-/* Replaces the C library's function. A connection is removed and closed in one step: no other thread can get
- * its descriptor in between. Closing any other descriptor takes no lock here, so the caller may hold any
- * lock. */
-int close(int fd) {
-  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return (int)syscall(SYS_close, fd);
+/* Removes a connection and closes it in one step: no other thread can get its descriptor in between. */
+static int close_here(int fd) {
   pthread_mutex_lock(&mutex);
   forget(fd);
   const int result = (int)syscall(SYS_close, fd);
@@ -321,6 +322,49 @@ int close(int fd) {
   pthread_mutex_unlock(&mutex);
   errno = error;
   return result;
+}
+
+static void* close_those_left(void* pipe_end) {
+  for (;;) {
+    int fd = -1;
+    const ssize_t size = syscall(SYS_read, (int)(intptr_t)pipe_end, &fd, sizeof(fd));
+    if (size == (ssize_t)sizeof(fd)) {
+      (void)close_here(fd);
+    } else if (size >= 0 || errno != EINTR) {
+      return NULL;
+    }
+  }
+}
+
+void corbot_connections_close_elsewhere(void) {
+  int ends[2];
+  pthread_t thread;
+  sigset_t all;
+  sigset_t before;
+  if (pipe2(ends, O_CLOEXEC) != 0) return;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before); /* the thread takes no signal */
+  if (pthread_create(&thread, NULL, close_those_left, (void*)(intptr_t)ends[0]) == 0) {
+    (void)pthread_detach(thread);
+    closer = ends[1];
+  } else {
+    (void)close(ends[0]);
+    (void)close(ends[1]);
+  }
+  pthread_sigmask(SIG_SETMASK, &before, NULL);
+}
+
+/* Replaces the C library's function. Closing any descriptor that is no accepted connection takes no lock
+ * here, so the caller may hold any lock. The pipe has room for all descriptors. */
+int close(int fd) {
+  if (fd < 0 || fd >= kDescriptors || entries[fd].number == 0) return (int)syscall(SYS_close, fd);
+  const int to = closer;
+  if (to < 0) return close_here(fd);
+  if (atomic_exchange(&entries[fd].left, true)) {
+    errno = EBADF; /* closed twice, by two threads */
+    return -1;
+  }
+  return write(to, &fd, sizeof(fd)) == (ssize_t)sizeof(fd) ? 0 : close_here(fd);
 }
 
 void corbot_connections_pass(void) {

@@ -141,6 +141,7 @@ void serve(Options options, corbot_robot& robot, const sigset_t& end_signals) {
     spdlog::warn("listening on {}: anyone who reaches it can move the robot", options.host);
   }
   corbot_connections_start();
+  corbot_connections_close_elsewhere();
   const Arrivals arrivals(robot);
   CORBA::ORB_var orb = start_orb(options);
   orb::limit_orb_log();

@@ -3,10 +3,15 @@
 
 #include <poll.h>
 
+#include <atomic>
 #include <chrono>
+#include <future>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "net/arrivals.h"
+#include "support/process.h"
 #include "unit/net/accepted_pair.h"
 
 namespace corbot::test {
@@ -58,8 +63,9 @@ TEST(Connections, WaitInTheListenQueueWhileTheOrbHasEndedOnesToNotice) {
   EXPECT_EQ(waiting.server, -1);
   EXPECT_FALSE(is_closed(waiting.client));
   ::close(std::exchange(ended.front().server, -1));
-  const int server = listener.accept();
-  EXPECT_NE(server, -1) << "the first is noticed";
+  int server = -1;
+  EXPECT_TRUE(wait_until(within(20), [&] { return (server = listener.accept()) != -1; }))
+      << "the first is noticed";
   EXPECT_FALSE(is_closed(waiting.client));
   ::close(server);
 }
@@ -79,6 +85,44 @@ TEST(Connections, TheServantsOwnWaitsBrieflyBesideEndedOnes) {
   EXPECT_TRUE(is_closed(refused.client)) << "there was no room for it";
   EXPECT_FALSE(is_closed(own.client));
   ::close(server);
+}
+
+/// omniORB closes connections while it holds locks that every call takes.
+TEST(Connections, ClosingElsewhereWaitsForNoOther) {
+  static thread_local bool accepts = false;
+  struct Gate {
+    std::atomic<bool> reached{false};
+    std::atomic<bool> opens{false};
+  } gate;
+  const Listener listener;
+  AcceptedPair pair(listener);
+  const corbot_connection connection = corbot_connection_used(pair.server);
+  corbot_connections_close_elsewhere();
+  // An accepted connection reads the number of stops with the lock held that each connection takes.
+  corbot_arrivals_start(
+      [](void* of, std::uint64_t* /*all*/, std::uint64_t* /*by_others*/) {
+        auto* const held = static_cast<Gate*>(of);
+        if (accepts) held->reached = true;
+        while (accepts && !held->opens) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      },
+      &gate);
+  const auto accepting = std::async(std::launch::async, [&] {
+    accepts = true;
+    const AcceptedPair another(listener);
+  });
+  EXPECT_TRUE(wait_until(within(20), [&] { return gate.reached.load(); }));
+  const int server = std::exchange(pair.server, -1);
+  const auto closing = std::async(std::launch::async, [server] {
+    EXPECT_EQ(::close(server), 0);
+    EXPECT_EQ(::close(server), -1) << "it was closed before";
+  });
+  EXPECT_EQ(closing.wait_until(within(20)), std::future_status::ready);
+  EXPECT_FALSE(is_closed(pair.client));
+  gate.opens = true;
+  accepting.wait();
+  EXPECT_FALSE(corbot_connection_lives(connection));
+  EXPECT_TRUE(wait_until(within(20), [&] { return is_closed(pair.client); }));
+  corbot_arrivals_end();
 }
 
 }  // namespace
