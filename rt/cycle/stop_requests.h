@@ -13,8 +13,12 @@ namespace corbot::rt {
 /// servant's requests are in its own segment, which no other process can write. Real-time safe.
 class StopRequests {
  public:
+  /// The number before the first request. A servant gives a request on the ORB the number of stops at its
+  /// arrival, where 0 means "not known".
+  static constexpr std::uint64_t kNone = 1;
+
   explicit StopRequests(const std::atomic<std::uint64_t>& shared) noexcept
-      : shared_(shared), seen_(shared.load(std::memory_order_acquire)), newest_(seen_) {}
+      : shared_(shared), seen_(shared.load(std::memory_order_acquire)), newest_(seen_ + kNone) {}
 
   /// Called once a step, and before another servant's flags are read. Acquire: commands pushed before a Stop
   /// are in the ring when the Stop is seen.

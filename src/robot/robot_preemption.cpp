@@ -205,8 +205,12 @@ void Robot::set_override(double percent, const Wanted& wanted) {
 
 void Robot::clear(const Wanted& wanted, std::uint64_t arrival) {
   const LivingTask task = task_.living();
+  const auto refuse_for_a_later_hold = [&] {
+    if (view_.held() && arrival != 0 && task.stops() != arrival)
+      throw not_ready("a stop came after this Clear; call again");
+  };
+  refuse_for_a_later_hold();
   if (view_.held()) {
-    if (arrival != 0 && task.stops() != arrival) throw not_ready("a stop came after this Clear; call again");
     const auto is_over = [this](const Snapshot& now) {
       return now.state == RtState::kError || !view_.held();
     };
@@ -215,6 +219,7 @@ void Robot::clear(const Wanted& wanted, std::uint64_t arrival) {
   // The task refuses a Clear while the arm decelerates because of a fault.
   const auto is_at_rest = [](const Snapshot& now) { return (now.flags & kSnapshotFaultStop) == 0; };
   task_.await(task, kSettle_s, "the end of a fault's ramp", is_at_rest, wanted);
+  refuse_for_a_later_hold();  // one that came during these waits
   if (view_.snapshot().state != RtState::kError) return;
   const std::uint64_t count = task.own().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   Snapshot now{};

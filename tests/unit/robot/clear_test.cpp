@@ -52,6 +52,25 @@ TEST_F(Clear, WaitsUntilAFaultHasSlowedTheArmDown) {
   EXPECT_EQ(status, CORBOT_OK);
 }
 
+TEST_F(Clear, DoesNotEndAHoldThatCameWhileItWaited) {
+  fail(kSnapshotFaultStop);
+  (void)robot_->count_stop();
+  const std::uint64_t arrival = task_.stop_count();
+  std::atomic<bool> waits{false};
+  std::thread caller([&] {
+    EXPECT_EQ(status_of([&] { robot_->clear([&] { waits = true; }, arrival); }), CORBOT_NOT_READY);
+  });
+  EXPECT_TRUE(wait_until(within(30), [&] { return waits.load(); }));
+  (void)robot_->count_stop(true);
+  task_.change([&](Snapshot& now) {
+    now.stops_done = task_.stop_count();
+    now.holds_done = 1;
+    now.flags = kSnapshotHeld;
+  });
+  caller.join();
+  EXPECT_EQ(clears(), 0u);
+}
+
 TEST_F(Clear, AMotionAfterItIsPlannedFromWhereTheDeviceSaysTheArmIs) {
   task_.change([](Snapshot& now) { now.position_q = {}; });
   fail(kSnapshotPowerOff);

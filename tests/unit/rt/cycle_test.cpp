@@ -81,7 +81,7 @@ TEST_F(CycleTest, StopsOnThePathAndEmptiesTheQueue) {
   rig.stop();
   rig.step();
   EXPECT_EQ(rig.snapshot.state, RtState::kStopping);
-  EXPECT_EQ(rig.snapshot.stops_done, 0u);
+  EXPECT_EQ(rig.stops_done(), 0u);
   double stopped_at_s = 0.0;
   for (int i = 0; i < 1000 && rig.snapshot.command_id == running; ++i) {
     stopped_at_s = rig.snapshot.virtual_time_s;
@@ -92,7 +92,7 @@ TEST_F(CycleTest, StopsOnThePathAndEmptiesTheQueue) {
   EXPECT_EQ(verdict.verdict, Verdict::kStopped);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
   EXPECT_EQ(rig.completion()->id, last);
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
   EXPECT_EQ(rig.snapshot.last_done_id, last);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
   for (std::size_t i = 0; i < 4; ++i) {  // on the path, at rest
@@ -107,7 +107,7 @@ TEST_F(CycleTest, StopsOnThePathAndEmptiesTheQueue) {
 TEST_F(CycleTest, AStopAtRestIsDoneAtOnce) {
   rig.stop();
   EXPECT_TRUE(rig.step().published);
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
 }
 
@@ -178,7 +178,7 @@ TEST_F(CycleTest, StopsWhilePaused) {
   EXPECT_EQ(verdict.id, id);
   EXPECT_EQ(verdict.verdict, Verdict::kStopped);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
   EXPECT_EQ(rig.snapshot.state, RtState::kPaused);
 }
 
@@ -284,7 +284,7 @@ TEST_F(CycleTest, ALostBackendIsAFaultUntilItIsBackAndCleared) {
   EXPECT_EQ(verdict.verdict, Verdict::kFault);
   rig.stop();
   rig.step();
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
 
   rig.clear();  // while the cause is still there
   rig.step();
@@ -315,7 +315,7 @@ TEST_F(CycleTest, ARestartedTaskTakesUpThePositionAndDropsTheQueue) {
   EXPECT_EQ(rig.snapshot.position_q, before.position_q);
   EXPECT_EQ(rig.snapshot.pulse_us, before.pulse_us);
   EXPECT_EQ(rig.snapshot.last_done_id, 2u);
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
   EXPECT_EQ(rig.snapshot.cycle, before.cycle + 1);
   EXPECT_EQ(rig.snapshot.state, RtState::kStandby);
   expect_holds();

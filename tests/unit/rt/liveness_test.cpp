@@ -98,7 +98,7 @@ TEST_F(Liveness, AStopDuringAGapIsDoneAtItsEnd) {
   skip_ms(50);
   rig.stop();
   rig.step(2);  // one to see it, one to report
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
   EXPECT_EQ(rig.completion()->verdict, Verdict::kStopped);
   EXPECT_EQ(rig.snapshot.position_q, here);
 }

@@ -178,10 +178,10 @@ class OfEveryArm : public ::testing::TestWithParam<const char*> {
     rig.step(20);
     rig.stop();
     rig.step(3000);
-    const bool stopped = rig.snapshot.stops_done == 1 && rig.snapshot.last_done_id == last.id &&
+    const bool stopped = rig.stops_done() == 1 && rig.snapshot.last_done_id == last.id &&
                          rig.snapshot.position_q != last.end_q;
     last.id += 1;
-    last.epoch = 1;
+    last.epoch = rig.snapshot.stops_done;
     (void)rig.push(last);  // not from here
     rig.step(3);
     rig.backend.set_plugged(false);

@@ -95,6 +95,8 @@ class Rig {
   }
 
   [[nodiscard]] PlanStart start() const { return {snapshot.position_q, snapshot.gripper}; }
+  /// Returns the number of stops that the cycle has carried out.
+  [[nodiscard]] std::uint64_t stops_done() const { return snapshot.stops_done - rt::StopRequests::kNone; }
   void stop() {
     (void)raise_stop_count(servant->control.stop_count, snapshot.stops_done);
     servant->control.stop_count.fetch_add(1);

@@ -262,7 +262,7 @@ TEST_F(StandsBy, AStopEndsTheWayThere) {
   EXPECT_EQ(device.frame.position_q[0], 0.0) << "the way goes on to where it is held";
   rig.stop();
   rig.step();
-  EXPECT_EQ(rig.snapshot.stops_done, 1u);
+  EXPECT_EQ(rig.stops_done(), 1u);
   EXPECT_EQ(device.frame.position_q[0], 0.2) << "here it stays";
 }
 
