@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "cli_rig.h"
+#include "corbot/units.h"
 #include "shm/channel_client.h"
 #include "shm/descriptor.h"
 #include "support/paths.h"
@@ -196,6 +197,15 @@ TEST_F(Supervision, DownStopsTheArmWhateverHoldsTheServant) {
   const auto down = begin({"down"});
   EXPECT_TRUE(wait_until(within(20), [&] { return !moves(); }));
   EXPECT_FALSE(has_ended(servant)) << "the arm is at rest before it is killed";
+  const auto joint_deg = [&] {
+    Snapshot now{};
+    EXPECT_TRUE(task.task().snapshot.load(now));
+    return to_degrees(now.position_q[0]);
+  };
+  const double rest_deg = joint_deg();
+  const auto later = begin({"joints", "-80", "20", "30", "40", "--time", "5"});
+  EXPECT_NE(later->wait(within(30)), 0);
+  EXPECT_NEAR(joint_deg(), rest_deg, 5.0) << "the servant has not been killed yet, and begins motions";
   held.release();
   EXPECT_EQ(down->wait(within(30)), 0);
   EXPECT_EQ(supervisor_->wait(within(30)), 0);

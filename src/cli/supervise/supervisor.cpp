@@ -306,12 +306,17 @@ void Supervisor::stop_all() {
 }
 
 void Supervisor::stop_last(int interrupts_before) {
+  const auto note = [&] {
+    if (options_.on_ending) options_.on_ending();
+  };
   Entry& entry = entries_.back();
+  note();
   entry.child.send(SIGTERM);
   const auto begin = Clock::now();
   bool killed = false;
   while (entry.child.pid() != 0 && !entry.child.reap()) {
     poll(kPollInterval_s);
+    note();
     for (const auto& line : entry.child.read_lines()) {
       if (entry.spec.is_ready) (void)entry.spec.is_ready(line);
     }

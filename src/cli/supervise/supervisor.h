@@ -51,6 +51,9 @@ class Supervisor {
     bool until_eof{false};            ///< the end of standard input requests the end, like a signal
     std::function<int()> input_fd{};  ///< on_step is called at once if it has input; −1: none
     std::function<void()> on_step{};  ///< called about ten times a second; throws nothing
+    /// Called about ten times a second while processes are being ended, first before any of them is; throws
+    /// nothing.
+    std::function<void()> on_ending{};
   };
 
   explicit Supervisor(Options options);

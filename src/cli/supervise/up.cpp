@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "cli/arm/doubts.h"
 #include "cli/supervise/console.h"
@@ -24,6 +26,7 @@
 #include "net/ports.h"
 #include "shm/channel_client.h"
 #include "shm/run_directory.h"
+#include "shm/segment_error.h"
 
 namespace corbot::cli {
 
@@ -193,14 +196,32 @@ class StateFiles {
   bool lost_{false};
 };
 
-/// Requests a stop by the stop segment of this task, so that the arm slows down whatever holds the servant.
-/// Does not wait for it; a frozen task delays this by up to 3 s.
-void request_stop(const std::string& robot, pid_t task) noexcept {
-  try {
-    if (StopPort port = StopPort::of(robot); port.task_pid() == task) port.request();
-  } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): no task runs, so nothing moves
+/// Stops the arm by the stop segment of the task, whatever holds the servant.
+class EndingStop {
+ public:
+  explicit EndingStop(std::string robot) : robot_(std::move(robot)) {}
+  /// Stops what moves, and what a servant that hangs has begun since the previous request. Does not wait for
+  /// rest; a frozen task delays the first request by up to 3 s.
+  void request(pid_t task) noexcept {
+    if (!has_begun_) connect(task);
+    has_begun_ = true;
+    if (port_) port_->request();
   }
-}
+
+ private:
+  void connect(pid_t task) noexcept {
+    try {
+      if (StopPort port = StopPort::of(robot_); port.task_pid() == task) port_.emplace(std::move(port));
+    } catch (const SegmentError& error) {  // without a task nothing moves
+      if (error.kind() != SegmentError::Kind::kAbsent) log(error.what());
+    } catch (const std::exception& error) {
+      log(error.what());
+    }
+  }
+  std::string robot_;
+  bool has_begun_{false};
+  std::optional<StopPort> port_;
+};
 
 /// Supervises until a signal requests the end. Throws Failure.
 void supervise(const UpOptions& options, const Profile& profile, RobotState& state, StateLock& lock,
@@ -209,6 +230,7 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   StateFiles files(lock);
   Console console(state.name, !options.until_eof);
   bool announced = false;
+  EndingStop stop(state.name);
   Supervisor* running = nullptr;
   Supervisor supervisor({.notify_path = lock.notify_path(),
                          .manager = &manager,
@@ -226,7 +248,8 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
                                files.restore();
                                console.step();
                                if (announced && running->all_ready()) manager.feed();
-                             }});
+                             },
+                         .on_ending = [&] { stop.request(running->pid_of(kRealTimeTask)); }});
   running = &supervisor;
   bool going = true;
   if (log_directory != nullptr) {
@@ -245,7 +268,6 @@ void supervise(const UpOptions& options, const Profile& profile, RobotState& sta
   }
   manager.ending();
   report(fmt::format("ending {}{}", state.name, console.end_hint()));
-  request_stop(state.name, supervisor.pid_of(kRealTimeTask));
   supervisor.stop_all();
 }
 
