@@ -33,6 +33,12 @@ typedef struct Numbered {
   _Atomic uint64_t stops;
 } Numbered;
 
+/* The number of some bytes that are still to be read. */
+typedef struct Numbers {
+  _Atomic int bytes; /* 0 or less: none */
+  _Atomic uint64_t stops;
+} Numbers;
+
 /* The position of a connection within its messages. The ORB lets one thread read at a time. */
 typedef struct Stream {
   _Atomic bool open;
@@ -44,9 +50,8 @@ typedef struct Stream {
   unsigned char id[kId]; /* first bytes of the body: in GIOP 1.2 the number of the request */
   unsigned next_numbered;
   Numbered numbered[kNumbered];
-  /* Number of readable bytes that have a number already, after a gap or before a Stop. */
-  _Atomic int old_bytes;
-  _Atomic uint64_t old_stops;
+  /* Readable bytes that have a number already, after a gap or before a Stop, in their order. */
+  Numbers numbers[2];
 } Stream;
 
 static Stream streams[CORBOT_DESCRIPTORS];
@@ -77,17 +82,28 @@ static void count(uint64_t* all, uint64_t* by_others) {
   if (function != NULL) function(count_context, all, by_others);
 }
 
+/* If another thread reads the connection meanwhile, too many bytes may have a number, never too few. */
 void corbot_arrivals_number(int fd, uint64_t number) {
   int bytes = 0;
   if (fd < 0 || fd >= CORBOT_DESCRIPTORS || ioctl(fd, FIONREAD, &bytes) != 0 || bytes <= 0) return;
-  if (atomic_load(&streams[fd].old_bytes) <= 0) atomic_store(&streams[fd].old_stops, number);
-  atomic_store(&streams[fd].old_bytes, bytes);
+  Numbers* first = &streams[fd].numbers[0];
+  Numbers* second = &streams[fd].numbers[1];
+  const int behind = atomic_load(&second->bytes);
+  if (atomic_load(&first->bytes) <= 0 && behind > 0) {
+    atomic_store(&first->stops, atomic_load(&second->stops));
+    atomic_store(&first->bytes, behind);
+    atomic_store(&second->bytes, 0);
+  }
+  const int before = atomic_load(&first->bytes);
+  Numbers* last = before > 0 ? second : first;
+  if (atomic_load(&last->bytes) <= 0) atomic_store(&last->stops, number);
+  atomic_store(&last->bytes, before > 0 ? bytes - before : bytes);
 }
 
 /* Assigns a number to the bytes that are readable after a gap. The number excludes the stops that other
  * processes counted during the gap. It includes those of this process, which counts them only while it runs.
  * The caller holds the mutex. */
-static void mark_old(int fd) {
+static void number_after_gap(int fd) {
   uint64_t all = 0;
   uint64_t by_others = 0;
   count(&all, &by_others);
@@ -108,7 +124,7 @@ static void look(void) {
     if (ticks_after_gap == 0) by_others_before_gap = by_others_then;
     ticks_after_gap = kTicksAfterGap;
     for (int fd = 0; fd < CORBOT_DESCRIPTORS; ++fd) {
-      if (atomic_load(&streams[fd].open)) mark_old(fd);
+      if (atomic_load(&streams[fd].open)) number_after_gap(fd);
     }
   }
   by_others_then = by_others;
@@ -186,10 +202,10 @@ void corbot_arrivals_opened(int fd) {
   stream->body_left = 0;
   stream->id_count = 0;
   for (int i = 0; i < kNumbered; ++i) atomic_store(&stream->numbered[i].key, 0);
-  atomic_store(&stream->old_bytes, 0);
+  for (int i = 0; i < 2; ++i) atomic_store(&stream->numbers[i].bytes, 0);
   pthread_mutex_lock(&mutex);
   if (is_ticking) look();
-  if (ticks_after_gap > 0) mark_old(fd);
+  if (ticks_after_gap > 0) number_after_gap(fd);
   atomic_store(&stream->open, true);
   pthread_mutex_unlock(&mutex);
 }
@@ -243,11 +259,21 @@ static void note_end(Stream* stream, uint64_t stops) {
   atomic_store(&chosen->key, key);
 }
 
+/* Returns the number of the first of the bytes that were read: the older one, if some have the next. */
 static uint64_t number_of(Stream* stream, ssize_t size, uint64_t stops) {
-  const int old = atomic_load(&stream->old_bytes);
-  if (old <= 0) return stops;
-  atomic_fetch_sub(&stream->old_bytes, (int)(size < old ? size : old));
-  return atomic_load(&stream->old_stops);
+  uint64_t number = stops;
+  bool has_number = false;
+  int left = (int)size;
+  for (int i = 0; i < 2 && left > 0; ++i) {
+    Numbers* numbers = &stream->numbers[i];
+    const int bytes = atomic_load(&numbers->bytes);
+    if (bytes <= 0) continue;
+    if (!has_number) number = atomic_load(&numbers->stops);
+    has_number = true;
+    atomic_fetch_sub(&numbers->bytes, left < bytes ? left : bytes);
+    left -= bytes;
+  }
+  return number;
 }
 
 static ssize_t receive(int fd, void* bytes, size_t size, int flags) {

@@ -33,8 +33,8 @@ void corbot_arrivals_end(void);
 /* For an ORB that reads connections with a Stop before others. Returns the number of what arrives now. */
 uint64_t corbot_arrivals_now(void);
 /* Gives a number to the readable bytes of a connection. They keep the number until the thread that calls
- * this, which reads all connections, has read them. Bytes that have an earlier number keep it, and so do all
- * behind them, which cannot be distinguished. Takes no lock. */
+ * this, which reads all connections, has read them. Bytes that have an earlier number keep it. A connection
+ * has two numbers at most: bytes behind those of the second have the second, too. Takes no lock. */
 void corbot_arrivals_number(int fd, uint64_t number);
 
 /* Returns the number of the request whose last bytes this thread has read. */

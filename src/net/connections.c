@@ -341,7 +341,7 @@ void corbot_connections_close_elsewhere(void) {
   pthread_t thread;
   sigset_t all;
   sigset_t before;
-  if (pipe2(ends, O_CLOEXEC) != 0) return;
+  if (closer >= 0 || pipe2(ends, O_CLOEXEC) != 0) return;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before); /* the thread takes no signal */
   if (pthread_create(&thread, NULL, close_those_left, (void*)(intptr_t)ends[0]) == 0) {

@@ -23,7 +23,12 @@ void write(const char* message) noexcept {
   if (!left_out) return;
   std::string_view text(message);
   text.remove_suffix(text.ends_with('\n') ? 1 : 0);
-  if (*left_out > 0) output->write(fmt::format("omniORB: {} messages were left out here", *left_out));
+  if (*left_out > 0) {
+    char line[64];
+    const auto end =
+        fmt::format_to_n(line, sizeof(line), "omniORB: {} messages were left out here", *left_out);
+    output->write({line, static_cast<std::size_t>(end.out - line)});  // needs no memory
+  }
   output->write(text);
 }
 

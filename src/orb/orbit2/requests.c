@@ -99,8 +99,9 @@ static gboolean read_message(void* connection) {
   return result;
 }
 
-/* Returns true if a Stop may be among the bytes of a connection: the name behind the length of Stop or
- * StopAndHold. The answer may be wrong, as it changes only the order in which connections are read. */
+/* Returns true if a Stop may be among the first bytes of a connection: the name behind the length of Stop or
+ * StopAndHold. If the answer is wrong, connections are read in another order. If a Stop lies further back,
+ * requests behind it count as earlier than that Stop, so they may end with Stopped. */
 static bool may_hold_stop(int fd) {
   static const char name[] = "Stop";
   static const uint32_t lengths[] = {sizeof("Stop"), sizeof("StopAndHold")};
@@ -120,9 +121,10 @@ static bool may_hold_stop(int fd) {
 
 /* Reads one message each of connections on which a Stop has arrived. ORBit2's I/O thread reads one message of
  * each of its connections in turn, and beside many others a Stop would wait for milliseconds. Requests that
- * have arrived on other connections count as earlier than the Stops, so all are looked at before a Stop is
- * read. Otherwise a few looks are enough, so that a flood leaves time to read. ORBit2 frees a connection only
- * in this thread, after the end of its descriptor. */
+ * have arrived on other connections count as earlier than the Stops. So all are looked at before a Stop is
+ * read, in the order of their arrival, up to the fifth Stop. Otherwise a few looks are enough, so that a
+ * flood leaves time to read. ORBit2 frees a connection only in this thread, after the end of its descriptor.
+ */
 static void read_stops_first(void) {
   enum { kLooks = 4, kLooksBeforeStop = 2 * CORBOT_MOST_CONNECTIONS, kMostStops = 4 };
   void* connections[kMostStops];

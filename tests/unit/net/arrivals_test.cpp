@@ -78,10 +78,21 @@ TEST_F(Arrivals, WhatHasANumberKeepsItUntilItIsRead) {
   number();
   stops_ = 3;
   send(message(20));
-  for (const std::uint64_t expected : {1u, 1u, 3u}) {  // the second came behind the first
+  number();
+  stops_ = 4;
+  send(message(20));
+  const auto read = [&](std::uint64_t expected) {
     EXPECT_EQ(receive(), 12);
     EXPECT_EQ(receive(), 20);
     EXPECT_EQ(corbot_arrival(), expected);
+  };
+  for (const std::uint64_t expected : {1u, 2u, 2u, 4u}) read(expected);  // the third came behind the second
+  // On a connection that always has unread bytes the numbers go on.
+  send(message(20));
+  for (stops_ = 10; stops_ < 20; ++stops_) {
+    send(message(20));
+    number();
+    read(stops_ == 10 ? 10 : stops_ - 1);
   }
   corbot_arrivals_number(-1, 3);
   corbot_arrivals_number(CORBOT_DESCRIPTORS, 3);

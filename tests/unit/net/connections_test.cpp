@@ -87,30 +87,50 @@ TEST(Connections, TheServantsOwnWaitsBrieflyBesideEndedOnes) {
   ::close(server);
 }
 
+/// Closes elsewhere, and holds the lock that every connection takes, in a thread that accepts one.
+class HeldLock {
+ public:
+  explicit HeldLock(const Listener& listener) {
+    corbot_connections_close_elsewhere();
+    // An accepted connection reads the number of stops with that lock held.
+    corbot_arrivals_start(&HeldLock::read_stops, this);
+    accepting_ = std::async(std::launch::async, [this, &listener] {
+      accepts_ = true;
+      const AcceptedPair another(listener);
+      accepts_ = false;
+    });
+    EXPECT_TRUE(wait_until(within(20), [&] { return is_held_.load(); }));
+  }
+  HeldLock(const HeldLock&) = delete;
+  HeldLock& operator=(const HeldLock&) = delete;
+  ~HeldLock() {
+    release();
+    corbot_arrivals_end();
+  }
+  void release() {
+    ends_ = true;
+    accepting_.wait();
+  }
+
+ private:
+  static void read_stops(void* of, std::uint64_t* /*all*/, std::uint64_t* /*by_others*/) {
+    auto* const self = static_cast<HeldLock*>(of);
+    if (accepts_) self->is_held_ = true;
+    while (accepts_ && !self->ends_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  static inline thread_local bool accepts_ = false;
+  std::atomic<bool> is_held_{false};
+  std::atomic<bool> ends_{false};
+  std::future<void> accepting_;
+};
+
 /// omniORB closes connections while it holds locks that every call takes.
 TEST(Connections, ClosingElsewhereWaitsForNoOther) {
-  static thread_local bool accepts = false;
-  struct Gate {
-    std::atomic<bool> reached{false};
-    std::atomic<bool> opens{false};
-  } gate;
   const Listener listener;
   AcceptedPair pair(listener);
+  ASSERT_NE(pair.server, -1);
   const corbot_connection connection = corbot_connection_used(pair.server);
-  corbot_connections_close_elsewhere();
-  // An accepted connection reads the number of stops with the lock held that each connection takes.
-  corbot_arrivals_start(
-      [](void* of, std::uint64_t* /*all*/, std::uint64_t* /*by_others*/) {
-        auto* const held = static_cast<Gate*>(of);
-        if (accepts) held->reached = true;
-        while (accepts && !held->opens) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      },
-      &gate);
-  const auto accepting = std::async(std::launch::async, [&] {
-    accepts = true;
-    const AcceptedPair another(listener);
-  });
-  EXPECT_TRUE(wait_until(within(20), [&] { return gate.reached.load(); }));
+  HeldLock lock(listener);
   const int server = std::exchange(pair.server, -1);
   const auto closing = std::async(std::launch::async, [server] {
     EXPECT_EQ(::close(server), 0);
@@ -118,11 +138,9 @@ TEST(Connections, ClosingElsewhereWaitsForNoOther) {
   });
   EXPECT_EQ(closing.wait_until(within(20)), std::future_status::ready);
   EXPECT_FALSE(is_closed(pair.client));
-  gate.opens = true;
-  accepting.wait();
+  lock.release();
   EXPECT_FALSE(corbot_connection_lives(connection));
   EXPECT_TRUE(wait_until(within(20), [&] { return is_closed(pair.client); }));
-  corbot_arrivals_end();
 }
 
 }  // namespace
