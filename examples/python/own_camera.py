@@ -15,11 +15,8 @@ class ListedPieces:
 
     def look(self, timeout: float) -> list[corbot.Sighting]:
         """Give the pieces in the world frame of the cell."""
-        pieces = []
-        for line in self.file.read_text().splitlines():
-            kind, x, y = line.split()
-            pieces.append(corbot.Sighting(kind, corbot.Point(float(x), float(y), 0.0)))
-        return pieces
+        rows = (line.split() for line in self.file.read_text().splitlines())
+        return [corbot.Sighting(kind, corbot.Point(float(x), float(y), 0.0)) for kind, x, y in rows]
 
     def picture(self, marked: bool) -> bytes:
         """Refuse: there is no picture."""
@@ -27,4 +24,6 @@ class ListedPieces:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: own_camera.py FILE PORT")
     corbot.serve_camera(ListedPieces(Path(sys.argv[1])), port=int(sys.argv[2]))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Moves two arms in step: each motion begins at once and lasts equally on both. two_arms.py ROBOT ROBOT"""
 
-import sys
+import argparse
 
 import corbot
 
@@ -23,4 +23,6 @@ def dance(arms: list[corbot.Arm]) -> None:
 
 
 if __name__ == "__main__":
-    dance([corbot.connect(name) for name in sys.argv[1:3]])
+    parser = argparse.ArgumentParser()
+    parser.add_argument("robot", nargs=2)
+    dance([corbot.connect(name) for name in parser.parse_args().robot])

@@ -87,7 +87,7 @@ class Output {
     if (errno == EEXIST)
       throw Failure(ExitCode::kUsage,
                     file + " exists already: name another file, or overwrite this one with --force");
-    throw Failure(ExitCode::kUsage, file + ": " + std::strerror(errno));
+    throw Failure(ExitCode::kInternal, file + ": " + std::strerror(errno));
   }
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 
 #include "cli/frames_view.h"
@@ -34,18 +35,32 @@ namespace {
 
 using nlohmann::json;
 
-/// Returns true for the alarm of a StopAndHold, which is no fault.
-bool is_hold(const ActiveAlarm& alarm) { return alarm.code == static_cast<long>(AlarmCode::kHeld); }
+constexpr long kTaskGone = 150;  ///< the servant's own alarm
+constexpr long kInherited = static_cast<long>(AlarmCode::kErrorInherited);
+constexpr long kHeld = static_cast<long>(AlarmCode::kHeld);
+
+/// Returns true if there are alarms, and each has one of these codes.
+bool are_all(const std::vector<ActiveAlarm>& alarms, std::initializer_list<long> codes) {
+  return !alarms.empty() && std::all_of(alarms.begin(), alarms.end(), [&](const ActiveAlarm& alarm) {
+    return std::find(codes.begin(), codes.end(), alarm.code) != codes.end();
+  });
+}
+
+const char* meaning_of_error(const StatusReport& r, bool cause_gone) {
+  const bool is_held =
+      r.active_alarms.empty() ? static_cast<bool>(r.control.held) : are_all(r.active_alarms, {kHeld});
+  if (is_held) return "held by 'hold', no fault: 'corbot clear' ends the hold";
+  if (are_all(r.active_alarms, {kHeld, kInherited}) && !are_all(r.active_alarms, {kInherited}))
+    return "held by 'hold', as the last task ended: 'corbot clear' ends the hold";
+  if (are_all(r.active_alarms, {kTaskGone})) return "no real-time task runs: it ends when one does";
+  return cause_gone ? "faulted, and the cause is gone: 'corbot clear' ends the Error"
+                    : "faulted: fix the cause, then 'corbot clear'";
+}
 
 const char* meaning(const StatusReport& r, bool cause_gone) {
-  const bool is_held = r.active_alarms.empty()
-                           ? static_cast<bool>(r.control.held)
-                           : std::all_of(r.active_alarms.begin(), r.active_alarms.end(), is_hold);
   switch (r.state) {
     case Corbot::Error:
-      if (is_held) return "held by 'hold', no fault: 'corbot clear' ends the hold";
-      return cause_gone ? "faulted, and the cause is gone: 'corbot clear' ends the Error"
-                        : "faulted: fix the cause, then 'corbot clear'";
+      return meaning_of_error(r, cause_gone);
     case Corbot::Waiting:
       if (r.paused) return "paused, accepted motions wait: 'corbot resume' continues";
       return client::stands_by(r.device) ? "busy: the servos are being brought back"
@@ -215,7 +230,7 @@ std::string status_text(const StatusReport& r) {
   std::string alarms;
   for (const auto& alarm : r.active_alarms) {
     const bool back = is_device_back(alarm, r.device);
-    cause_gone = cause_gone && (back || is_hold(alarm) || is_released(alarm, r.device));
+    cause_gone = cause_gone && (back || alarm.code == kHeld || is_released(alarm, r.device));
     alarms += fmt::format("  alarm     {} {}\n", alarm.code, back ? device_back_text(alarm) : alarm.text);
   }
   text += fmt::format("  state     {:<9} {}\n{}", to_string(r.state), meaning(r, cause_gone), alarms);

@@ -93,12 +93,14 @@ void stop_all(const std::string& robot, double timeout_s) {
     if (!report_stop(stopping)) failed.push_back(stopping.robot);
   }
   std::fflush(stdout);
-  if (const std::string elsewhere = client::robots_elsewhere(); !elsewhere.empty())
-    client::notice(stderr, fmt::format("corbot: not stopped by --all: {}\n", elsewhere));
+  const std::string elsewhere = client::robots_elsewhere();
   if (!failed.empty()) {
+    if (!elsewhere.empty())
+      client::notice(stderr, fmt::format("corbot: not stopped by --all: {}\n", elsewhere));
     throw Failure(ExitCode::kUnreachable, fmt::format("{} of {} robots did not confirm the stop: {}",
                                                       failed.size(), names.size(), fmt::join(failed, ", ")));
   }
+  if (!elsewhere.empty()) throw Failure(ExitCode::kUnreachable, "not stopped by --all: " + elsewhere);
 }
 
 }  // namespace corbot::cli

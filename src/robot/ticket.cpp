@@ -31,7 +31,7 @@ const char* to_string(TicketReason reason) {
     case TicketReason::kNone:
       return "";
     case TicketReason::kStopped:
-      return "stopped by Stop";
+      return "stopped by Stop or StopAndHold";
     case TicketReason::kFault:
       return "the robot went into Error";
     case TicketReason::kMalformed:

@@ -384,7 +384,7 @@ TEST_F(Answers, StopAllSaysWhichRobotOfAnotherRuntimeDirectoryItDidNotAsk) {
   lock->write(state);
   const RunResult result = corbot({"stop", "--all"});
   lock.reset();
-  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.code, 3);
   EXPECT_EQ(result.output, name_ + ": stopped\n");
   EXPECT_THAT(result.errors, AllOf(HasSubstr("not stopped by --all: "), HasSubstr("'" + other + "' is up"),
                                    HasSubstr("--robot " + state.address)));

@@ -155,7 +155,7 @@ TEST_F(Programs, RecordingsAreNotOverwrittenUnasked) {
   EXPECT_THAT(piped.output, testing::StartsWith("# profile '"));
   EXPECT_THAT(piped.output, HasSubstr("# joint 0 'base': -90 to 90 deg, "));
   EXPECT_THAT(piped.output, HasSubstr("\ncycle,time_ns,"));
-  EXPECT_EQ(corbot({"record", "/nonexistent/r.csv", "--for", "0.1"}).code, 2);
+  EXPECT_EQ(corbot({"record", "/nonexistent/r.csv", "--for", "0.1"}).code, 5);
 }
 
 }  // namespace

@@ -96,9 +96,20 @@ TEST(Status, AHoldIsNoFault) {
   report.control.held = true;
   EXPECT_THAT(status_text(report),
               AllOf(HasSubstr("held by 'hold', no fault: 'corbot clear'"), Not(HasSubstr("faulted"))));
+  report.active_alarms.push_back({131, "inherited"});
+  EXPECT_THAT(status_text(report), HasSubstr("held by 'hold', as the last task ended"));
   report.active_alarms.push_back({130, "emergency stop"});
   report.device.emergencyStop = true;
   EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));
+  report.active_alarms = {{131, "inherited"}};
+  EXPECT_THAT(status_text(report), HasSubstr("fix the cause"));
+}
+
+TEST(Status, WithoutATaskNobodyNeedsToClear) {
+  StatusReport report = sample();
+  report.state = Corbot::Error;
+  report.active_alarms = {{150, "the real-time task is gone"}};
+  EXPECT_THAT(status_text(report), AllOf(HasSubstr("no real-time task runs"), Not(HasSubstr("clear"))));
 }
 
 TEST(Status, ServosThatAreBroughtBackAreNoMotion) {
