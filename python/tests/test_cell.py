@@ -66,9 +66,9 @@ def test_a_cell_is_paused_and_stopped() -> None:
         with pytest.raises(corbot.RobotNotFound):
             cell.stop()  # it stops the others all the same
 
-        for _ in range(3):  # a stop between two motions stops none
+        for _ in range(20):  # a stop between two motions stops none
             with contextlib.suppress(subprocess.TimeoutExpired):
-                simulation.wait(20)
+                simulation.wait(1)
                 break
             with contextlib.suppress(corbot.CorbotError):
                 cell.stop()
