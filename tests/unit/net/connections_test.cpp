@@ -94,7 +94,7 @@ class HeldLock {
     corbot_connections_close_elsewhere();
     // An accepted connection reads the number of stops with that lock held.
     corbot_arrivals_start(&HeldLock::read_stops, this);
-    accepting_ = std::async(std::launch::async, [this, &listener] {
+    accepting_ = std::async(std::launch::async, [&listener] {
       accepts_ = true;
       const AcceptedPair another(listener);
       accepts_ = false;
