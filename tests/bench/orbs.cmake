@@ -18,7 +18,8 @@ if(ORBIT2_FOUND)
     ${servant}/ior.c ${servant}/log.c ${servant}/orb.c ${servant}/raise.c
     ${servant}/requests.c)
   target_include_directories(bench_orbs_orbit2_server PRIVATE ${PROJECT_SOURCE_DIR}/src)
-  target_link_libraries(bench_orbs_orbit2_server PRIVATE corbot::robot corbot::net ${CMAKE_DL_LIBS})
+  target_link_libraries(bench_orbs_orbit2_server
+    PRIVATE corbot::log corbot::robot corbot::net ${CMAKE_DL_LIBS})
   add_executable(bench_orbs_orbit2_client ${orbs}/client_orbit2.c)
   target_link_libraries(bench_orbs_orbit2_client PRIVATE corbot::idl_orbit2)
   target_compile_definitions(bench_orbs PRIVATE CORBOT_HAS_ORBIT2)

@@ -218,9 +218,10 @@ TEST_F(Supervision, WithoutAReaderOfItsOutputTheProgramsAreReplaced) {
   ASSERT_EQ(::mkfifo(log.c_str(), 0600), 0);
   const Descriptor fifo(::open(log.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   ASSERT_TRUE(fifo);
-  supervisor_ = begin_in(
-      {"/bin/sh", "-c", "exec \"$@\" 2>\"$0\"", log},
-      {"up", CORBOT_TEST_PROFILE, "--name", name_, "--endpoint", "127.0.0.1:" + std::to_string(port_)});
+  std::vector<std::string> words{"up",  CORBOT_TEST_PROFILE, "--name",
+                                 name_, "--endpoint",        "127.0.0.1:" + std::to_string(port_)};
+  if (on_orbit2()) words.insert(words.end(), {"--orb", "orbit2"});
+  supervisor_ = begin_in({"/bin/sh", "-c", "exec \"$@\" 2>\"$0\"", log}, words);
   ASSERT_TRUE(supervisor_->wait_line(name_ + " is up", within(30)));
   std::array<char, 4096> page{};
   while (::write(fifo.get(), page.data(), page.size()) > 0 || ::write(fifo.get(), page.data(), 1) > 0) {

@@ -2,26 +2,25 @@
 #include "orb/orbit2/log.h"
 
 #include <glib.h>
-#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <time.h>
-#include <unistd.h>
+
+#include "log/c_log.h"
 
 enum { kLongestLine = 1024 };
 
-/* Leaves the line out if no program reads the log: this thread may have a stop to carry out. */
 static void write_line(const char* level, const char* text) {
-  struct pollfd log = {STDERR_FILENO, POLLOUT, 0};
-  if (poll(&log, 1, 0) != 1 || (log.revents & POLLOUT) == 0) return;
   struct timespec now;
   struct tm local;
   char stamp[32];
+  char line[kLongestLine + 128];
   (void)clock_gettime(CLOCK_REALTIME, &now);
   (void)localtime_r(&now.tv_sec, &local);
   (void)strftime(stamp, sizeof(stamp), "%Y-%m-%d %H:%M:%S", &local);
-  (void)fprintf(stderr, "[%s.%03ld] [corbot-servant-orbit2] [%s] %s\n", stamp, now.tv_nsec / 1000000, level,
-                text);
+  (void)snprintf(line, sizeof(line), "[%s.%03ld] [corbot-servant-orbit2] [%s] %s", stamp,
+                 now.tv_nsec / 1000000, level, text);
+  corbot_log_line(line);
 }
 
 static void write_formatted(const char* level, const char* format, va_list arguments) {
