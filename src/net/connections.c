@@ -53,7 +53,8 @@ static int open_count;
 static int ending_count;
 static int64_t full_since_ns;   /* with as many ended connections as fit; 0: there is room */
 static int own_port;            /* 0: none is expected */
-static _Atomic int closer = -1; /* a pipe to the thread that closes descriptors; -1: close() does */
+static int to_close[2];         /* a pipe of descriptors, to the thread that closes them */
+static _Atomic int closer = -1; /* its end for close(); -1: close() closes */
 
 static int64_t now_ns(void) {
   struct timespec now;
@@ -324,10 +325,11 @@ static int close_here(int fd) {
   return result;
 }
 
-static void* close_those_left(void* pipe_end) {
+static void* close_those_left(void* unused) {
+  (void)unused;
   for (;;) {
     int fd = -1;
-    const ssize_t size = syscall(SYS_read, (int)(intptr_t)pipe_end, &fd, sizeof(fd));
+    const ssize_t size = syscall(SYS_read, to_close[0], &fd, sizeof(fd));
     if (size == (ssize_t)sizeof(fd)) {
       (void)close_here(fd);
     } else if (size >= 0 || errno != EINTR) {
@@ -337,19 +339,18 @@ static void* close_those_left(void* pipe_end) {
 }
 
 void corbot_connections_close_elsewhere(void) {
-  int ends[2];
-  pthread_t thread;
+  pthread_t thread = 0;
   sigset_t all;
   sigset_t before;
-  if (closer >= 0 || pipe2(ends, O_CLOEXEC) != 0) return;
+  if (closer >= 0 || pipe2(to_close, O_CLOEXEC) != 0) return;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before); /* the thread takes no signal */
-  if (pthread_create(&thread, NULL, close_those_left, (void*)(intptr_t)ends[0]) == 0) {
+  if (pthread_create(&thread, NULL, close_those_left, NULL) == 0) {
     (void)pthread_detach(thread);
-    closer = ends[1];
+    closer = to_close[1];
   } else {
-    (void)close(ends[0]);
-    (void)close(ends[1]);
+    (void)close(to_close[0]);
+    (void)close(to_close[1]);
   }
   pthread_sigmask(SIG_SETMASK, &before, NULL);
 }
