@@ -52,7 +52,7 @@ const char* meaning_of_error(const StatusReport& r, bool cause_gone) {
   if (is_held) return "held by 'hold', no fault: 'corbot clear' ends the hold";
   if (are_all(r.active_alarms, {kHeld, kInherited}) && !are_all(r.active_alarms, {kInherited}))
     return "held by 'hold', as the last task ended: 'corbot clear' ends the hold";
-  if (are_all(r.active_alarms, {kTaskGone})) return "no real-time task runs: it ends when one does";
+  if (are_all(r.active_alarms, {kTaskGone})) return "no real-time task runs: this Error ends when one does";
   return cause_gone ? "faulted, and the cause is gone: 'corbot clear' ends the Error"
                     : "faulted: fix the cause, then 'corbot clear'";
 }

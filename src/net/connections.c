@@ -362,7 +362,7 @@ int close(int fd) {
   const int to = closer;
   if (to < 0) return close_here(fd);
   if (atomic_exchange(&entries[fd].left, true)) {
-    errno = EBADF; /* closed twice, by two threads */
+    errno = EBADF; /* two threads close it */
     return -1;
   }
   return write(to, &fd, sizeof(fd)) == (ssize_t)sizeof(fd) ? 0 : close_here(fd);

@@ -38,9 +38,10 @@ typedef struct corbot_peer {
 /* Raises the limit of descriptors to the hard one and begins to count accepted connections. To be called
  * before the ORB's start. */
 void corbot_connections_start(void);
-/* Leaves the closing of accepted connections to another thread: from now on close() returns at once and takes
- * no lock. For omniORB, which closes connections while it holds locks that every call takes. Not for ORBit2,
- * whose servant gets the events of a descriptor until it is closed. Without a thread, close() closes. */
+/* Leaves the closing of accepted connections to another thread. From now on close() takes no lock. omniORB
+ * needs this, because it closes connections while it holds locks that every call takes. ORBit2 cannot have
+ * it: its servant gets the events of a descriptor until it is closed. If no thread can be had, close()
+ * closes. */
 void corbot_connections_close_elsewhere(void);
 
 /* Starts accepting connections. Until then clients wait in the listen queue: an ORB listens before its

@@ -219,7 +219,7 @@ void Robot::clear(const Wanted& wanted, std::uint64_t arrival) {
   // The task refuses a Clear while the arm decelerates because of a fault.
   const auto is_at_rest = [](const Snapshot& now) { return (now.flags & kSnapshotFaultStop) == 0; };
   task_.await(task, kSettle_s, "the end of a fault's ramp", is_at_rest, wanted);
-  refuse_for_a_later_hold();  // one that came during these waits
+  refuse_for_a_later_hold();  // it may have come during these waits
   if (view_.snapshot().state != RtState::kError) return;
   const std::uint64_t count = task.own().control.clear_count.fetch_add(1, std::memory_order_acq_rel) + 1;
   Snapshot now{};

@@ -47,7 +47,7 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     poa._get_the_POAManager().activate()
     with contextlib.suppress(KeyboardInterrupt):
         while True:  # the ORB serves in its own threads; this one stays free for Ctrl-C
-            time.sleep(0.2)  # not longer: a Ctrl-C just before it ends it no earlier
+            time.sleep(0.2)  # a Ctrl-C just before a sleep does not shorten it
     # The end of Python during a call would abort the process. A second Ctrl-C does not wait.
     ending = threading.Thread(target=orb.shutdown, args=(True,), daemon=True)
     ending.start()

@@ -27,7 +27,7 @@ void write(const char* message) noexcept {
     char line[64];
     const auto end =
         fmt::format_to_n(line, sizeof(line), "omniORB: {} messages were left out here", *left_out);
-    output->write({line, static_cast<std::size_t>(end.out - line)});  // needs no memory
+    output->write({line, static_cast<std::size_t>(end.out - line)});  // this needs no memory
   }
   output->write(text);
 }
