@@ -51,6 +51,15 @@ class Slow:
 corbot.serve_camera(Slow(), int(sys.argv[1]))
 sys.exit(3)
 """
+SLOW_ENDS = """
+import omniORB, time
+def end_slowly(event, _):
+    if event == omniORB.WTHREAD_DELETED:
+        print("a thread ends", flush=True)
+        for _ in range(500):
+            time.sleep(0.001)
+omniORB.addWThreadHook(end_slowly)
+"""
 FORK = """
 if os.fork() == 0:
     try:
@@ -99,6 +108,20 @@ def test_a_camera_ends_with_its_programs_exit_code_while_it_is_called() -> None:
         _, errors = child.communicate(timeout=30)
         for thread in threads:
             thread.join()
+    assert (child.returncode, errors) == (3, "")
+
+
+def test_a_camera_ends_with_its_programs_exit_code_while_a_thread_of_the_orb_ends() -> None:
+    port = _free_ports(1)
+    address = f"corbaloc::127.0.0.1:{port}/Camera"
+    ask = f"from corbot import _orb\n_orb.connect({address!r}, 2.0, _orb.Corbot.Camera).Look(1.0)"
+    command = [sys.executable, "-c", SLOW_ENDS + CAMERA, str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as child:
+        until(lambda: subprocess.run([sys.executable, "-c", ask], stderr=subprocess.DEVNULL).returncode == 0)
+        assert child.stdout is not None
+        assert child.stdout.readline() == "a thread ends\n", "since its connection has ended"
+        child.send_signal(signal.SIGINT)
+        _, errors = child.communicate(timeout=30)
     assert (child.returncode, errors) == (3, "")
 
 

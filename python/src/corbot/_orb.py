@@ -45,9 +45,11 @@ MOST_JOINTS: int = Corbot._tc_JointCoord.content_type().length()
 
 _LAST_CALLS = 2.0  # seconds; the calls that wait for a motion return after 0.1 s on an idle machine
 _HELD_BACK = 10.0  # seconds, in which Python ends
+_IDLE_THREADS = 1  # seconds; after twice as long without a call a thread of the ORB ends
 _KEPT_CONNECTIONS = 5  # omniORB's maxGIOPConnectionPerServer
 
 _threads_inside: set[int] = set()  # the threads, except the main one, that are inside the ORB
+_python_threads: set[int] = set()  # the kernel's numbers of the ORB's threads that have run Python
 _is_started = False
 _is_forked = False
 _is_ending = False
@@ -109,7 +111,12 @@ def _note_fork() -> None:
     _threads_inside.clear()
 
 
+def _note_python_thread(*_: object) -> None:
+    _python_threads.add(threading.get_native_id())
+
+
 atexit.register(_await_other_threads)
+omniORB.addWThreadHook(_note_python_thread)
 os.register_at_fork(after_in_child=_note_fork)
 
 
@@ -123,9 +130,26 @@ def orb(*options: str) -> Any:
         raise RuntimeError(
             f"The ORB of this process has started, and takes no options now, not {' '.join(options)}."
         )
+    options = (*options, "-ORBidleThreadTimeout", str(_IDLE_THREADS))
     started = CORBA.ORB_init(list(options), CORBA.ORB_ID)
     _is_started = True
     return started
+
+
+def end() -> None:
+    """End the ORB after the calls that it serves, and wait up to 4 s for the threads that served them.
+
+    Such a thread runs Python in its last step, which aborts the process while Python ends. The ORB's
+    `destroy` would not do: it may free what such a thread still uses.
+    """
+    orb().shutdown(True)
+    latest = time.monotonic() + 2 * _IDLE_THREADS + _LAST_CALLS
+    while sum(map(_is_alive, _python_threads)) > 1 and time.monotonic() < latest:  # omniORB keeps one
+        time.sleep(0.001)
+
+
+def _is_alive(thread: int) -> bool:
+    return os.path.exists(f"/proc/self/task/{thread}")
 
 
 def connect(address: str, timeout: float, *interfaces: Any) -> Any:

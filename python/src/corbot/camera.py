@@ -28,7 +28,7 @@ class Camera(Protocol):
 
 
 def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
-    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C, and to the end of a call.
+    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C, which ends it after about 2 seconds.
 
     cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before any
     other function of the package: an ORB listens from its start, or not at all. A later call raises
@@ -48,8 +48,7 @@ def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
     with contextlib.suppress(KeyboardInterrupt):
         while True:  # the ORB serves in its own threads; this one stays free for Ctrl-C
             time.sleep(0.2)  # a Ctrl-C just before a sleep does not shorten it
-    # The end of Python during a call would abort the process. A second Ctrl-C does not wait.
-    ending = threading.Thread(target=orb.shutdown, args=(True,), daemon=True)
+    ending = threading.Thread(target=_orb.end, daemon=True)  # a second Ctrl-C does not wait for it
     ending.start()
     ending.join()
 
