@@ -28,7 +28,9 @@ class Camera(Protocol):
 
 
 def serve_camera(camera: Camera, port: int, *, host: str = "127.0.0.1") -> None:
-    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C, which ends it after about 2 seconds.
+    """Serve a camera at `corbaloc::HOST:PORT/Camera` until Ctrl-C.
+
+    The function returns when the last call has its answer, and the ORB's threads have ended after up to 2 s.
 
     cell.toml names it: `camera = { reference = "corbaloc::127.0.0.1:PORT/Camera" }`. Call this before any
     other function of the package: an ORB listens from its start, or not at all. A later call raises
